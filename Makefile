@@ -10,32 +10,24 @@ EMULATOR := $(VENV)/emulator
 INSTRUMENTS := $(VENV)/instruments
 PACKAGERS := $(VENV)/packagers
 
-.PHONY: demo test slow bench bench-checks interop electronics firmware firmware-checks docs lint mutants coverage \
+.PHONY: demo test slow bench bench-checks interop electronics firmware firmware-checks docs pictures lint mutants coverage \
   alarms fuzz campaigns versions windows dist lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
 	$(BIN)/layerjam demo --out out/demo
 
-# A test's time is mostly compiling. With XLA's older loops, and one module per program, that takes a
-# quarter to a half as long, and `make slow` finds what `make test` has compiled. The paper's numbers
-# are computed once more as a user's process compiles them. JAX aborts on a flag that it does not know,
-# as JAX 0.12 does on the first, so each is tried before it is used.
-COMPILES = $(shell for flag in \
-  --xla_cpu_use_fusion_emitters=false --xla_cpu_parallel_codegen_split_count=1; do \
-  XLA_FLAGS=$$flag $(BIN)/python -c 'import jax; jax.devices()' >/dev/null 2>&1 && echo $$flag; done)
 TEST = $(BIN)/python -m pytest -q -n 2 --dist worksteal
 
 test: $(STAMP)
-	XLA_FLAGS="$(COMPILES) $(XLA_FLAGS)" $(TEST) -m "not slow" tests
+	$(TEST) -m "not slow" tests
 
 slow: $(STAMP)
-	XLA_FLAGS="$(COMPILES) $(XLA_FLAGS)" $(TEST) -m slow tests
-	$(TEST) tests/paper
+	$(TEST) -m slow tests
 
 # The long tests with all their random cases, of which `make slow` takes a share: over an hour.
 campaigns: $(STAMP)
-	LAYERJAM_FULL=1 XLA_FLAGS="$(COMPILES) $(XLA_FLAGS)" $(TEST) -m slow tests
+	LAYERJAM_FULL=1 $(TEST) -m slow tests
 
 bench: $(NEIGHBOURS)
 	$(BIN)/python -m benchmarks.run
@@ -43,27 +35,37 @@ bench: $(NEIGHBOURS)
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --site-dir out/site
 
+# The pictures of README and docs that are drawn from a computation, some minutes; the others, which
+# show a benchmark or a page of the workbench, name their command in benchmarks and docs/images.
+pictures: $(STAMP)
+	$(BIN)/python docs/images/stop_animation.py
+	$(BIN)/python docs/images/make.py
+	rm -f docs/images/wiring-pico.svg
+	$(BIN)/layerjam bench wiring pico --out docs/images/wiring-pico.svg
+
 lint: $(STAMP)
-	$(BIN)/ruff check src tests benchmarks docs examples
-	$(BIN)/ruff format --check src tests benchmarks examples
+	$(BIN)/ruff check src tests benchmarks docs examples hatch_build.py
+	$(BIN)/ruff format --check src tests benchmarks examples hatch_build.py
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/codespell src tests docs benchmarks examples README.md CHANGELOG.md CONTRIBUTING.md
+	$(BIN)/codespell src tests docs benchmarks examples README.md CHANGELOG.md CONTRIBUTING.md AGENTS.md docs/llms.txt
 
 mutants: $(STAMP)
-	XLA_FLAGS="$(COMPILES) $(XLA_FLAGS)" $(BIN)/python tests/mutants.py --list
+	$(BIN)/python tests/mutants.py --list
 
 # The share of virtual campaigns whose 95 % intervals hold the truth, into docs/coverage.md.
 coverage: $(STAMP)
 	$(BIN)/python tests/interval_coverage.py --campaigns 1000 --seed 2018 --write
 	$(BIN)/python tests/friction_faults.py --campaigns 500 --seed 2018 --write
+	$(BIN)/python tests/prediction_coverage.py --campaigns 300 --seed 2018 --write
+	$(BIN)/python tests/blind_predictions.py --write
 
 # How often healthy hours end in a false alarm, and faults are missed, into docs/control.md.
 alarms: $(STAMP)
 	$(BIN)/python tests/false_alarms.py --write
 
 fuzz: $(STAMP)
-	LAYERJAM_FUZZ=100000 $(BIN)/python -m pytest -q -n 2 -m slow tests/measure/test_fuzz.py
+	LAYERJAM_FUZZ=100000 $(BIN)/python -m pytest -q -n 2 -m slow tests/laboratory/measure/test_fuzz.py
 
 # The demo and the quick tests of the core with the lowest versions that pyproject.toml allows, then
 # with the newest, by this Python and by each of the others on PATH, each in a fresh environment:
@@ -94,8 +96,8 @@ interop: $(SIMULATORS)/.installed
 	  command -v $$tool >/dev/null || exit 1; done ) || \
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(CROSS); } || \
 	  echo "not installed: $(CROSS); what needs them is skipped"
-	$(SIMULATORS)/bin/python -m pytest -q -rs tests/interop tests/kernel
-	PYTHONPATH=$(CURDIR)/examples $(SIMULATORS)/bin/python tests/docs/examples.py docs/interop.md docs/simulators.md docs/elbow.md docs/questions.md
+	$(SIMULATORS)/bin/python -m pytest -q -rs tests/interop tests/brake/kernel
+	PYTHONPATH=$(CURDIR)/examples $(SIMULATORS)/bin/python tests/docs/examples.py docs/interop.md docs/simulators.md docs/gallery.md docs/questions.md
 	$(BIN)/python -m benchmarks.kernel
 
 # The bench's circuit in ngspice, installed from Debian's packages where that is possible.
@@ -103,7 +105,7 @@ electronics: $(STAMP)
 	@command -v ngspice >/dev/null || \
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends ngspice; } || \
 	  echo "not installed: ngspice; what needs it is skipped"
-	$(BIN)/python -m pytest -q -rs tests/electronics
+	$(BIN)/python -m pytest -q -rs tests/bench/electronics
 
 # The image for a board, from Debian's packages, into out/firmware.
 COMPILER = build-essential cmake dpkg-dev debian-archive-keyring gcc-arm-none-eabi \
@@ -113,17 +115,17 @@ firmware: $(STAMP)
 	@( for tool in cmake dpkg-source gcc arm-none-eabi-gcc; do command -v $$tool >/dev/null || exit 1; done; \
 	  test -e "$$(arm-none-eabi-gcc -print-file-name=nosys.specs)" ) || \
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(COMPILER); }
-	$(BIN)/python src/layerjam/rig/firmware/image/build.py --out out/firmware $(ONLY)
+	$(BIN)/python src/layerjam/bench/rig/firmware/image/build.py --out out/firmware $(ONLY)
 
 # That image on an emulated board: minutes. The emulator is installed beside, not among, our packages.
 firmware-checks: $(EMULATOR)/.installed
 	@$(MAKE) --no-print-directory firmware ONLY=--if-changed
-	PYTHONPATH=$(EMULATOR) nice -n 10 $(BIN)/python -m pytest -q -rs tests/rig/emulated
+	PYTHONPATH=$(EMULATOR) nice -n 10 $(BIN)/python -m pytest -q -rs tests/bench/rig/emulated
 
-$(EMULATOR)/.installed: tests/rig/emulated/requirements.lock $(STAMP)
+$(EMULATOR)/.installed: tests/bench/rig/emulated/requirements.lock $(STAMP)
 	@echo "installing the emulator into $(EMULATOR) (once)"
-	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes --target $(EMULATOR) \
-	  -r tests/rig/emulated/requirements.lock
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --require-hashes --target $(EMULATOR) \
+	  -r tests/bench/rig/emulated/requirements.lock
 	@touch $@
 
 # The instrument as tools see it that nobody here wrote, in an environment of their own: Debian's
@@ -134,7 +136,7 @@ bench-checks: $(INSTRUMENTS)/.installed
 	@( for tool in lxi nc socat sqlite3 strace; do command -v $$tool >/dev/null || exit 1; done ) || \
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(TALKERS); } || \
 	  echo "not installed: $(TALKERS); what needs them is skipped"
-	$(INSTRUMENTS)/bin/python -m pytest -q -rs --confcutdir=tests/rig/checks tests/rig/checks
+	$(INSTRUMENTS)/bin/python -m pytest -q -rs --confcutdir=tests/bench/rig/checks tests/bench/rig/checks
 
 # Installs exactly what requirements.lock names, hashes checked, then this package.
 # Debian ships python3 without ensurepip: the venv package is fetched once where that is so.
@@ -146,33 +148,33 @@ $(STAMP): requirements.lock pyproject.toml
 	  { apt-get update -qq && apt-get install -y -qq python3-venv; } && $(PYTHON) -m venv $(VENV) || \
 	  { echo "please install python3-venv (apt-get install python3-venv) and run make again"; exit 1; }; }
 	@echo "installing into $(VENV) (once, some minutes on a slow line)"
-	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
-	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation --no-index --editable .
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --require-hashes -r requirements.lock
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --no-deps --no-build-isolation --no-index --editable .
 	@touch $(STAMP)
 
 # What `make bench` compares with; nothing else needs it.
 $(NEIGHBOURS): benchmarks/requirements.lock $(STAMP)
 	@echo "installing the benchmark's neighbours into $(VENV) (once)"
-	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r benchmarks/requirements.lock
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --require-hashes -r benchmarks/requirements.lock
 	@touch $(NEIGHBOURS)
 
 $(SIMULATORS)/.installed: tests/interop/requirements.lock $(STAMP)
 	@echo "installing the simulators into $(SIMULATORS) (once)"
 	@$(PYTHON) -m venv $(SIMULATORS)
-	@$(SIMULATORS)/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r tests/interop/requirements.lock
-	@$(SIMULATORS)/bin/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation --no-index --editable .
+	@$(SIMULATORS)/bin/python -m pip install -qq --disable-pip-version-check --require-hashes -r tests/interop/requirements.lock
+	@$(SIMULATORS)/bin/python -m pip install -qq --disable-pip-version-check --no-deps --no-build-isolation --no-index --editable .
 	@touch $@
 
-$(INSTRUMENTS)/.installed: tests/rig/checks/requirements.lock $(STAMP)
+$(INSTRUMENTS)/.installed: tests/bench/rig/checks/requirements.lock $(STAMP)
 	@echo "installing PyVISA, PyMeasure, QCoDeS and others into $(INSTRUMENTS) (once)"
 	@$(PYTHON) -m venv $(INSTRUMENTS)
-	@$(INSTRUMENTS)/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r tests/rig/checks/requirements.lock
+	@$(INSTRUMENTS)/bin/python -m pip install -qq --disable-pip-version-check --require-hashes -r tests/bench/rig/checks/requirements.lock
 	@touch $@
 
 $(PACKAGERS)/.installed: tests/install/requirements.lock $(STAMP)
 	@echo "installing uv and twine into $(PACKAGERS) (once)"
 	@$(PYTHON) -m venv $(PACKAGERS)
-	@$(PACKAGERS)/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r tests/install/requirements.lock
+	@$(PACKAGERS)/bin/python -m pip install -qq --disable-pip-version-check --require-hashes -r tests/install/requirements.lock
 	@touch $@
 
 # uv writes no registry host with these options; a test greps for one.
@@ -191,10 +193,10 @@ lock:
 	  --output-file tests/interop/requirements.lock
 	uv pip compile --universal --generate-hashes --no-header --no-annotate \
 	  --no-emit-index-url --no-emit-find-links --python-version 3.11 -c requirements.lock \
-	  tests/rig/emulated/requirements.in --output-file tests/rig/emulated/requirements.lock
+	  tests/bench/rig/emulated/requirements.in --output-file tests/bench/rig/emulated/requirements.lock
 	uv pip compile --universal --generate-hashes --no-header --no-annotate \
 	  --no-emit-index-url --no-emit-find-links --python-version 3.11 \
-	  tests/rig/checks/requirements.in --output-file tests/rig/checks/requirements.lock
+	  tests/bench/rig/checks/requirements.in --output-file tests/bench/rig/checks/requirements.lock
 	uv pip compile --universal --generate-hashes --no-header --no-annotate \
 	  --no-emit-index-url --no-emit-find-links --python-version 3.11 -c requirements.lock \
 	  tests/install/requirements.in --output-file tests/install/requirements.lock

@@ -22,11 +22,11 @@ class KernelHook(BuildHookInterface):  # type: ignore[type-arg]
         if version == "editable" or importlib.util.find_spec("ziglang") is None:
             return
         sys.path.insert(0, str(Path(self.root) / "src"))
-        from layerjam.kernel.compiler import build_shipped
+        from layerjam.brake.kernel.compiler import build_shipped_engines
 
         self.folder = tempfile.mkdtemp(prefix="layerjam-kernel-")
-        for path in build_shipped(Path(self.folder)):
-            build_data["force_include"][str(path)] = f"layerjam/kernel/built/{path.name}"
+        for path in build_shipped_engines(Path(self.folder)):
+            build_data["force_include"][str(path)] = f"layerjam/brake/kernel/built/{path.name}"
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
         """Remove the temporary folder."""

@@ -16,8 +16,8 @@ from typing import Any
 import jax
 import numpy as np
 
-from layerjam.device.load import load
-from layerjam.mechanics.bending import cantilever_force, enclosure_bending_stiffness
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.bending import cantilever_force, enclosure_bending_stiffness
 
 
 def ours(
@@ -119,7 +119,7 @@ def ours_as_zhang(deflection: Any) -> Any:
 
 def figure(path: Path) -> None:
     """Both laws over the deflection, for both stacks."""
-    from layerjam.report import style
+    from layerjam.core.drawing import style
 
     with style.apply_style():
         picture, (left, right) = style.make_axes(columns=2, width=9.6, height=3.9)

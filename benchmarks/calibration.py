@@ -7,18 +7,18 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.timing import Row, median
-from layerjam.campaigns import campaign as lab
-from layerjam.campaigns.faults import Faults
-from layerjam.campaigns.spec import Pulls, Spec, Truth
-from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile
-from layerjam.device.load import load
-from layerjam.identify.calibration.whole_curves import calibrate_curves
-from layerjam.identify.curves import Curve, make_curves
-from layerjam.identify.pull.features import pull_features
-from layerjam.identify.shape import change_shape
-from layerjam.measure.trace import Trace
-from layerjam.mechanics.pull import force_at_elongation
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.pull import force_at_elongation
+from layerjam.laboratory.campaigns import campaign as lab
+from layerjam.laboratory.campaigns.faults import Faults
+from layerjam.laboratory.campaigns.spec import Pulls, Spec, Truth
+from layerjam.laboratory.identify.calibration.whole_curves import calibrate_curves
+from layerjam.laboratory.identify.curves import Curve, make_curves
+from layerjam.laboratory.identify.pull.features import pull_features
+from layerjam.laboratory.identify.shape import change_shape
+from layerjam.laboratory.measure.trace import Trace
 
 SAMPLES = 40_000
 VACUUMS = (30e3, 60e3, 94.5e3)

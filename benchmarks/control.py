@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from benchmarks.timing import Row, median
-from layerjam.control import law
-from layerjam.control.closed_loop import simulate_run, simulate_runs
-from layerjam.control.plant import Plant
-from layerjam.control.settings import Regulator
-from layerjam.fluid.line import Sensor
+from layerjam.bench.control import law
+from layerjam.bench.control.closed_loop import simulate_run, simulate_runs
+from layerjam.bench.control.plant import Plant
+from layerjam.bench.control.settings import Regulator
+from layerjam.brake.fluid.line import Sensor
 
 LINE = Plant(rate=0.4438, top=101325.0, leak=0.002, vent=5.0)
 SENSOR = Sensor(range=103e3, lag=0.005, noise=50.0, resolution=25.0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import layerjam as lj
-from layerjam.kernel.kernel import Kernel
+from layerjam.brake.kernel.kernel import Kernel
 
 MASS, SPEED, VACUUM, ROPE = 1.0, 2.5, 94.5e3, 16.8e3
 GRAVITY = lj.load("choi2018-kapton").brake.site.gravity

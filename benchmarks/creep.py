@@ -179,7 +179,7 @@ def metres(slip: float) -> str:
 
 def figure(path: Path, made: dict[str, np.ndarray]) -> None:
     """Slip over an hour, from the first second on."""
-    from layerjam.report import style
+    from layerjam.core.drawing import style
 
     colors = (style.RED, style.ORANGE, style.PURPLE, style.GREEN, style.SKY, style.BLUE)
     with style.apply_style():

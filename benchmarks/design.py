@@ -8,10 +8,10 @@ import time
 from pathlib import Path
 
 from benchmarks.timing import Row, median
-from layerjam.commands.predict import show
-from layerjam.commands.sweep import sweep
-from layerjam.design.search import Search
-from layerjam.design.specification import read_spec
+from layerjam.workshop.commands.show import show
+from layerjam.workshop.commands.sweep import sweep
+from layerjam.workshop.design.search import Search
+from layerjam.workshop.design.specification import read_spec
 
 SPEC = """
 name = "ten million"

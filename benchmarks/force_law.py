@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.timing import Row, median
-from layerjam.device.brake import Brake
-from layerjam.device.load import load
-from layerjam.mechanics.pull import brake_force
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.pull import brake_force
 
 POINTS = 10_000_000
 _MEMORY = f"""

@@ -20,10 +20,10 @@ import numpy as np
 from benchmarks.comparators.drops import population
 from benchmarks.impact import Method, from_stop, markdown, measure, plain_jit
 from benchmarks.timing import median
-from layerjam.design.merit import make_point, merits
-from layerjam.device.load import load
-from layerjam.mechanics.pull import brake_force
-from layerjam.mechanics.stop.exact import stop
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.pull import brake_force
+from layerjam.brake.mechanics.stop.exact import stop
+from layerjam.workshop.design.merit import make_point, merits
 
 COUNTS = (100_000, 1_000_000, 10_000_000)
 BLOCKS = 10
@@ -136,7 +136,7 @@ def table(rows: Sequence[Moved]) -> str:
 
 def draw(rows: Sequence[Moved], where: str) -> Any:
     """The share of a plain copy, a bar each."""
-    from layerjam.report import style
+    from layerjam.core.drawing import style
 
     with style.apply_style():
         figure, (axes,) = style.make_axes(width=7.2, height=1.3 + 0.36 * len(rows))

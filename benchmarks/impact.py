@@ -120,7 +120,7 @@ def compiler_missing() -> str:
 
 def plain_jit(drops: Drops) -> Callable[[], Any]:
     """`layerjam.stop` on arrays, as it stands."""
-    from layerjam.mechanics.stop.exact import stop
+    from layerjam.brake.mechanics.stop.exact import stop
 
     arrays = [jnp.asarray(a) for a in (drops.mass, drops.speed, drops.vacuum)]
     fixed = drops.spring, drops.gravity, drops.brake
@@ -129,8 +129,8 @@ def plain_jit(drops: Drops) -> Callable[[], Any]:
 
 def in_batches(drops: Drops) -> Callable[[], Any]:
     """`layerjam.batch` over drops with one axis, all six answers into arrays made once, as C."""
-    from layerjam.mechanics.stop.exact import Stop, stop
-    from layerjam.simulate.batch import batch
+    from layerjam.brake.mechanics.stop.exact import Stop, stop
+    from layerjam.brake.simulate.batch import batch
 
     sweep = {
         "mass": ("drop", drops.mass), "speed": ("drop", drops.speed),
@@ -237,7 +237,7 @@ def machine() -> str:
 
 def draw(rows: Sequence[Measured], where: str) -> Any:
     """Time a drop on a logarithmic axis, slowest at the top, with its accuracy beside it."""
-    from layerjam.report import style
+    from layerjam.core.drawing import style
 
     rows = sorted(rows, key=lambda row: row.seconds)
     colors = {"ours": style.BLUE, "C": style.ORANGE, "neighbour": style.FAINT}
@@ -267,7 +267,7 @@ def draw(rows: Sequence[Measured], where: str) -> Any:
 
 def report(folder: Path) -> str:
     """Measure, write drops.svg and drops.png into `folder`, and give the table as Markdown."""
-    from layerjam.report import style
+    from layerjam.core.drawing import style
 
     notes = [compiler_missing()]
     try:

@@ -10,10 +10,10 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from layerjam.device.load import load
+from layerjam.brake.device.load import load
+from layerjam.brake.kernel.compiler import FLAGS, SOURCES, find_compiler
+from layerjam.brake.kernel.parameters import parameters
 from layerjam.interop.source import c_files
-from layerjam.kernel.compiler import FLAGS, SOURCES, find_compiler
-from layerjam.kernel.parameters import parameters
 
 PROGRAM = """
 #include <stdio.h>

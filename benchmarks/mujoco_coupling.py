@@ -14,7 +14,7 @@ from typing import Any
 import mujoco as mj
 import numpy as np
 
-from layerjam.commands.impact import drop
+from layerjam.brake.commands.drop import drop
 from layerjam.interop import mujoco as brakes
 
 KAPTON, ROPE, VACUUM = "choi2018-kapton", 16.8e3, 94.5e3
@@ -111,7 +111,7 @@ def held(seconds: float, every: int = 500) -> dict[str, np.ndarray]:
 
 def figure(path: Path, exact: Any) -> None:
     """The drop in the helper and the plugin beside the closed form; a held load beside creep."""
-    from layerjam.report import style
+    from layerjam.core.drawing import style
 
     with style.apply_style():
         picture, (left, right) = style.make_axes(columns=2, width=9.6, height=3.9)

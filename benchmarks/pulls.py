@@ -12,10 +12,10 @@ import sys
 from collections.abc import Iterator
 
 from benchmarks.timing import Row, median, table
-from layerjam.device.load import load
-from layerjam.kernel.engine import SWITCH
-from layerjam.simulate.procedure import Procedure, parse_procedure, simple_pull
-from layerjam.simulate.tensile import tensile
+from layerjam.brake.device.load import load
+from layerjam.brake.kernel.engine import SWITCH
+from layerjam.brake.simulate.procedure import Procedure, parse_procedure, simple_pull
+from layerjam.brake.simulate.tensile import tensile
 
 FILE = load("choi2018-kapton")
 LOOP = "; pull at 13 mm/s until 40 mm; return at 13 mm/s to 20 mm"

@@ -10,13 +10,13 @@ import pandas
 
 from benchmarks.calibration import pulled
 from benchmarks.timing import Row, median
-from layerjam.campaigns.exports import LAYOUTS, write_trace
-from layerjam.device.brake import Brake
-from layerjam.device.load import load
-from layerjam.identify.calibration.peaks import calibrate
-from layerjam.identify.pull.features import PullFeatures, pull_features
-from layerjam.measure.readers.read import read_trace
-from layerjam.mechanics.pull import force_at_elongation
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.pull import force_at_elongation
+from layerjam.laboratory.campaigns.exports import LAYOUTS, write_trace
+from layerjam.laboratory.identify.calibration.peaks import calibrate
+from layerjam.laboratory.identify.pull.features import PullFeatures, pull_features
+from layerjam.laboratory.measure.readers.read import read_trace
 
 MACHINES = {"our CSV": "own", "Instron Bluehill": "bluehill", "Zwick testXpert": "testxpert"}
 

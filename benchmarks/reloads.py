@@ -11,9 +11,10 @@ import sys
 import time
 from collections.abc import Callable
 
+from benchmarks.first_page import started
 from benchmarks.sessions import Session
 from benchmarks.timing import Row, table
-from benchmarks.workbench import GONE, memory, others, started
+from benchmarks.workbench import GONE, memory, others
 
 RELOADS, TABS, SESSIONS = 400, 20, 10
 SECONDS = 20.0

@@ -11,7 +11,6 @@ import os
 import platform
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -22,6 +21,7 @@ from benchmarks import (
     calibration,
     control,
     design,
+    first_answers,
     force_law,
     impact,
     pulls,
@@ -29,8 +29,7 @@ from benchmarks import (
     stack,
     workbench,
 )
-from benchmarks.comparators import tuned_scipy
-from benchmarks.timing import README, Row, cpu, median, table
+from benchmarks.timing import Row, median, table
 
 jax.config.update("jax_enable_x64", True)
 OUT = Path("out/bench")
@@ -50,28 +49,15 @@ def command_line() -> list[Row]:
     python = sys.executable
     bare = process(python, "-c", "pass")
     command = (python, "-m", "layerjam.cli.main")
-    question = ("choi2018-kapton", "--slip", "20mm", "--vacuum", "94.5kPa")
     inner = "import time; t = time.perf_counter(); import layerjam; print(time.perf_counter() - t)"
     times = []
     for _ in range(7):
         shown = subprocess.run([python, "-c", inner], check=True, capture_output=True, text=True)
         times.append(float(shown.stdout))
-    rows = [
+    return [
         Row("import layerjam", sorted(times)[3], 0.1),
         Row("layerjam --help", process(*command, "--help"), 0.3, bare, "python -c pass"),
-        Row(
-            "layerjam force (warm cache)", process(*command, "force", *question), 1.5,
-            process(python, "-c", "import jax.numpy"), "import jax.numpy",
-        ),
-        Row(
-            "README's lines of Python, CPU", cpu(python, "-c", README), 2.0,
-            cpu(python, tuned_scipy.__file__), "SciPy script",
-        ),
-    ]  # fmt: skip
-    with tempfile.TemporaryDirectory() as folder:
-        seconds = process(*command, "reproduce", "--overwrite", "--out", folder, runs=3)
-    rows.append(Row("layerjam reproduce", seconds, 20.0))
-    return rows
+    ]
 
 
 def main() -> None:
@@ -80,6 +66,7 @@ def main() -> None:
     versions = f"Python {platform.python_version()}, JAX {jax.__version__}, NumPy {np.__version__}"
     print(f"{machine}, {versions}")
     parts: list[tuple[str, Callable[[], list[Row]]]] = [
+        ("first answers, processor time of whole processes", first_answers.rows),
         ("command line, whole processes", command_line),
         ("force law, 10 million points", force_law.rows),
         ("reading a 40,000-row export, and one calibration", readers.rows),

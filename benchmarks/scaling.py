@@ -38,7 +38,7 @@ def median(call: Callable[[], Any], rounds: int = 5) -> float:
 
 def march(mass: Any, speed: Any, vacuum: Any, rope: Any, gravity: Any, brake: Any) -> March:
     """Our solver in time, in steps of 10 us."""
-    from layerjam.mechanics.stop.motion import stop_in_time
+    from layerjam.brake.mechanics.stop.motion import stop_in_time
 
     run = stop_in_time(mass, speed, vacuum, None, rope, None, gravity, STEP, STEPS, brake)
     return March(run.slip, run.peak, run.outcome * 1.0)
@@ -46,7 +46,7 @@ def march(mass: Any, speed: Any, vacuum: Any, rope: Any, gravity: Any, brake: An
 
 def marches() -> list[tuple[str, float, float]]:
     """(name, seconds a step, worst slip against ours) of 1,000 steps of 10 us, 8,192 drops."""
-    from layerjam.simulate.batch import batch
+    from layerjam.brake.simulate.batch import batch
 
     drops = population(MARCHED)
     assert drops.brake.rope is not None
@@ -68,8 +68,8 @@ def marches() -> list[tuple[str, float, float]]:
 
 def sizes() -> list[tuple[int, float]]:
     """(drops, seconds a drop) over grids of mass, speed and vacuum that go to a sink."""
-    from layerjam.mechanics.stop.exact import stop
-    from layerjam.simulate.batch import batch
+    from layerjam.brake.mechanics.stop.exact import stop
+    from layerjam.brake.simulate.batch import batch
 
     drops = population(10)
     rows = []

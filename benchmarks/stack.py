@@ -12,11 +12,11 @@ import numpy as np
 from scipy.optimize import Bounds, minimize
 
 from benchmarks.timing import Row, median
-from layerjam.device.load import load
-from layerjam.mechanics.stack.pull import pull_stack
-from layerjam.mechanics.stack.solve import Stack
-from layerjam.simulate.stack_layout import make_stack
-from layerjam.simulate.stack_spread import peak_spread
+from layerjam.brake.device.load import load
+from layerjam.brake.kernel.stack import pull_stack
+from layerjam.brake.mechanics.stack.solve import Stack
+from layerjam.brake.simulate.stack_layout import make_stack
+from layerjam.brake.simulate.stack_spread import peak_spread
 
 VACUUM = 94.5e3
 INCREMENTS = 400

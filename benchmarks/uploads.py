@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 from playwright.sync_api import sync_playwright
 
+from benchmarks.first_page import at, started
 from benchmarks.timing import Row, table
-from benchmarks.workbench import at, memory, pull_ready, started
-from layerjam.commands.tensile import tensile
+from benchmarks.workbench import memory, pull_ready
+from layerjam.brake.commands.tensile import tensile
 from layerjam.workbench.uploads import LARGEST
 
 ROUNDS = 3

@@ -1,7 +1,7 @@
 """The workbench in Debian's Chromium: from a slider's key to the redrawn curve, start, memory.
 
 Run alone: `python -m benchmarks.workbench`. `--moves 3 --scene regulated` tries it quickly, and
-`--page docs/speed.md` replaces the table there.
+`--page docs/contribute.md` replaces the table there.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import datetime
 import os
 import re
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
@@ -22,6 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from benchmarks.first_page import LONG, at, first_numbers, started
 from benchmarks.timing import Row, number_text
 from layerjam.workbench.state import State, format_link
 
@@ -30,8 +30,6 @@ PAUSE = 0.2
 """Seconds between two moves: no move waits for the one before it."""
 GONE = 14.0
 """Seconds after which the server has let go of a tab: it waits ten for it to come back."""
-LONG = 90_000
-"""Milliseconds a first answer may take."""
 MEDIAN, WORST = 0.05, 0.15
 HEAD = "<!-- workbench -->\n"
 SESSIONS = 10
@@ -60,11 +58,6 @@ class Scene:
         return self.chart or self.words
 
 
-def at(ident: str) -> str:
-    """How the page finds an element of ours."""
-    return f'[data-testid="{ident}"]'
-
-
 def pull_ready(page: Any) -> None:
     """The first curve stands."""
     page.wait_for_function(
@@ -75,7 +68,7 @@ def pull_ready(page: Any) -> None:
 
 def files_ready(page: Any) -> None:
     """Two measured pulls lie over it."""
-    from layerjam.commands.tensile import tensile
+    from layerjam.brake.commands.tensile import tensile
     from layerjam.workbench.answer import file_bytes
 
     pull_ready(page)
@@ -272,56 +265,6 @@ def alone_and_among(browser: Any, place: str, scene: Scene) -> tuple[float, floa
     return one, many
 
 
-def free_port() -> int:
-    """One that nothing listens on."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return int(free.getsockname()[1])
-
-
-def wait_for(port: int) -> None:
-    """Until something listens there."""
-    while True:
-        with socket.socket() as line:
-            if line.connect_ex(("127.0.0.1", port)) == 0:
-                return
-        time.sleep(0.01)
-
-
-@contextmanager
-def started(port: int | None = None) -> Iterator[tuple[str, int, float]]:
-    """(address, process, moment of the command) of a workbench of its own."""
-    port = port or free_port()
-    program = str(Path(sys.executable).with_name("layerjam"))
-    began = time.perf_counter()
-    process = subprocess.Popen(
-        [program, "workbench", "--no-show", "--port", str(port)], stdout=subprocess.PIPE
-    )
-    try:
-        assert process.stdout is not None
-        process.stdout.readline()
-        wait_for(port)  # a browser that is refused is busy for a while with its own page about that
-        yield f"http://127.0.0.1:{port}/", process.pid, began
-    finally:
-        process.terminate()
-        process.wait(30)
-
-
-def first_page(context: Any, port: int) -> float:
-    """Seconds from the command to the numbers and the picture of the first page."""
-    page = context.new_page()
-    with started(port) as (place, _, began):
-        page.goto(place, wait_until="commit")
-        page.wait_for_selector(at("start-chart") + " canvas", timeout=LONG)
-        page.wait_for_function(
-            "document.querySelector('[data-testid=start-force]').innerText.endsWith('N')",
-            timeout=LONG,
-        )
-        took = time.perf_counter() - began
-        page.close()
-        return took
-
-
 def memory(process: int) -> float:
     """GB of main memory a process holds."""
     for line in Path(f"/proc/{process}/status").read_text().splitlines():
@@ -363,15 +306,6 @@ def rows(moves: int = MOVES, only: str = "") -> list[Row]:
             out += memory_rows(browser)
         browser.close()
     return out
-
-
-def first_numbers(browser: Any) -> list[Row]:
-    """From the command to the first numbers, after a start that fills the caches."""
-    context, port = browser.new_context(), free_port()
-    first_page(context, port)
-    times = sorted(first_page(context, port) for _ in range(5))
-    context.close()
-    return [Row("first page, from the command (warm cache)", middle(times), 2.0)]
 
 
 def scene_rows(browser: Any, place: str, scene: Scene, moves: int) -> list[Row]:

@@ -9,35 +9,40 @@ here.
 
 from __future__ import annotations
 
+import ast
 import html
 import re
 import sys
+import tomllib
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
-import typer
-
-from layerjam.cli.main import app
-from layerjam.commands.declare import Command, load_command
-from layerjam.commands.index import GROUPS, commands
-from layerjam.commands.results import field_key
-from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile
-from layerjam.device.load import catalogue, load, materials
-from layerjam.measure.sidecar import Facts
-from layerjam.rig.circuit import load_circuit
-from layerjam.rig.electronics import compute_margins
-from layerjam.simulate.record import DropRecord, TensileRecord
-from layerjam.simulate.stick_slip import StickSlipRecord
-from layerjam.toml_files.source import KINDS
-from layerjam.toml_files.toml import parse_toml
-from layerjam.units import QuantitySpec, quantities, show
+from layerjam.bench.rig.circuit import load_circuit
+from layerjam.bench.rig.electronics import compute_margins
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.load import catalogue, load, materials
+from layerjam.brake.mechanics.effects import BUILT_IN
+from layerjam.brake.simulate.record import DropRecord, TensileRecord
+from layerjam.brake.simulate.stick_slip import StickSlipRecord
+from layerjam.core.command.declare import load_command
+from layerjam.core.command.index import commands
+from layerjam.core.toml_files.source import KINDS
+from layerjam.core.toml_files.toml import parse_toml
+from layerjam.core.units import quantities, show
+from layerjam.laboratory.measure.sidecar import Facts
 
 DOCS = Path(__file__).parent
+ROOT = DOCS.parent
+SOURCE = ROOT / "src" / "layerjam"
 sys.path.insert(0, str(DOCS))  # a test runs this file from elsewhere
 import stub  # noqa: E402
+from assistants import command_list, decisions, page_list  # noqa: E402
+from command_tables import command_table, described, shared_options  # noqa: E402
+from markdown_tables import NOTHING, SHARED, bounds_of, row, table, unit  # noqa: E402
 from scpi_headers import bounds, headers  # noqa: E402
 
 PART = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -53,7 +58,6 @@ TABLES = {
     "rope": "[rope], may be left out",
     "site": "[site], may be left out",
 }
-NOTHING = "–"
 
 
 def symbol(text: str) -> str:
@@ -67,21 +71,6 @@ def symbol(text: str) -> str:
     low = f"{{{low}}}" if low.isdigit() and len(low) > 1 else low
     low = f"\\text{{{low}}}" if low.isalpha() else low
     return f"${base}_{low}$" if low else f"${base}$"
-
-
-def row(*cells: str) -> str:
-    """One line of a table."""
-    return "| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |"
-
-
-def table(head: tuple[str, ...], rows: list[str]) -> str:
-    """A Markdown table."""
-    return "\n".join([row(*head), row(*["---"] * len(head)), *rows])
-
-
-def unit(spec: QuantitySpec) -> str:
-    """The SI unit, a dash for a pure number."""
-    return NOTHING if spec.unit == "1" else spec.unit.replace("^3", "³").replace("^2", "²")
 
 
 def brake_fields() -> str:
@@ -101,12 +90,26 @@ def brake_fields() -> str:
             unless = show(float(default), spec.unit, 6)
         groups[head].append(
             row(symbol(spec.symbol), f"`{key}`", unit(spec), spec.text,
-                spec.limits(), unless)
+                bounds_of(spec), unless)
         )  # fmt: skip
     head_row = ("symbol", "name in code and file", "SI unit", "meaning", "allowed", "if not given")
     return "\n\n".join(
         f"### {TABLES[name]}\n\n{table(head_row, rows)}" for name, rows in groups.items()
     )
+
+
+def brake_effects() -> str:
+    """The effects that a brake may state: their laws, and where they apply."""
+    rows = []
+    for effect in BUILT_IN:
+        answers = ("yes" if answer else "no" for answer in (effect.in_kernel, effect.in_fmu))
+        rejected = ", ".join(effect.rejected_by) or NOTHING
+        rows.append(row(effect.title, effect.condition, effect.law, rejected, *answers))
+    further = "[Other packages](file-format.md#effects-of-other-packages)"
+    law = r"$\mu$ times a factor that may depend on the vacuum"
+    rows.append(row(further, "`[effects.NAME]`", law, NOTHING, "if the package says so", "no"))
+    exports = ("C kernel, `export c`, `export mujoco`", "`export fmu`")
+    return table(("effect", "stated by", "law", "rejected by", *exports), rows)
 
 
 def sidecar_fields() -> str:
@@ -159,18 +162,25 @@ def _entry(value: object) -> tuple[str, str]:
 
 
 def _materials(folder: str) -> Iterator[str]:
+    """A table for each material; a source of three numbers and more has a number, listed last."""
     names = BrakeFile.fields
     head = "film." if folder == "films" else "enclosure."
-    for name, text in materials()[folder].items():
-        tables = parse_toml(text, name)
-        rows = []
-        for key, value in tables.items():
-            if head + key not in names:
-                continue
-            number, words = _entry(value)
-            rows.append(row(f"`{key}`", number, words))
-        title = tables.get("name", name)
-        yield f"#### `{name}`: {title}\n\n{table(('key', 'value', 'where from'), rows)}"
+    files = {name: parse_toml(text, name) for name, text in materials()[folder].items()}
+    rows_of = {
+        name: [(key, *_entry(value)) for key, value in tables.items() if head + key in names]
+        for name, tables in files.items()
+    }
+    counts = Counter(words for rows in rows_of.values() for _, _, words in rows)
+    often = [words for words, count in counts.items() if count >= SHARED]
+    for name, rows in rows_of.items():
+        shown = [
+            row(f"`{key}`", number, f"({often.index(words) + 1})" if words in often else words)
+            for key, number, words in rows
+        ]
+        title = files[name].get("name", name)
+        yield f"#### `{name}`: {title}\n\n{table(('key', 'value', 'where from'), shown)}"
+    if often:
+        yield table(("", "source"), [row(f"({i})", words) for i, words in enumerate(often, 1)])
 
 
 def films() -> str:
@@ -202,82 +212,19 @@ def brakes() -> str:
     return table(head, rows)
 
 
-def command_table() -> str:
-    """Every declared command by what one wants, most used first."""
-    parts = []
-    for group, title in GROUPS.items():
-        names = [entry.name for entry in commands().values() if entry.group == group]
-        rows = [
-            row(f"[`{usage(entry)}`](#{entry.name.replace(' ', '-')})", entry.summary)
-            for entry in map(load_command, names)
-        ]
-        if rows:
-            parts.append(f"### {title}\n\n{table(('command', 'what it does'), rows)}")
-    return "\n\n".join(parts)
-
-
-def usage(declared: Command) -> str:
-    """How a command is typed: its arguments and the options it cannot do without."""
-    words = ["layerjam", declared.name]
-    rest = False
-    for p in declared.parameters:
-        if p.is_positional:
-            name = f"{p.metavar}..." if p.several else p.metavar
-            words.append(name if p.required else f"[{name}]")
-        elif p.required:
-            words += [p.option, p.metavar]
-        else:
-            rest = True
-    return " ".join([*words, *(["[OPTION...]"] if rest else [])])
-
-
-def described(name: str) -> str:
-    """The options of a command, and the keys of its JSON."""
-    return f"{options(name)}\n\n{keys(load_command(name))}"
-
-
-def options(name: str) -> str:
-    """The options of a command as the command line has them."""
-    group = typer.main.get_command(app)
-    command = group.get_command(typer.Context(group), name)  # type: ignore[attr-defined]
-    rows = []
-    for p in command.params:
-        if p.hidden:
-            continue
-        words = html.escape(p.help or "", quote=False)
-        if p.param_type_name == "argument":
-            rows.append(row(f"`{p.metavar}`", words))
-            continue
-        words += " Required." if p.required else ""
-        words += f" Default {p.default}." if isinstance(p.default, str) and p.default else ""
-        value = f" {p.metavar.replace('|', ' or ')}" if p.metavar and not p.is_flag else ""
-        rows.append(row(", ".join(f"`{o}{value}`" for o in p.opts), words))
-    return table(("option", "meaning"), rows)
-
-
-def keys(declared: Command) -> str:
-    """The keys of a command's JSON."""
-    rows = []
-    listed = declared.result.keys()
-    for f in listed:
-        spec = f.metadata["quantity"]
-        rows.append(row(f"`{field_key(f)}`", unit(spec) if spec else "", f.metadata["result"]))
-    return table(("JSON key", "SI unit", "meaning"), rows)
-
-
 def command_quantities() -> str:
     """What commands are asked with: one line for each quantity, however many take it."""
-    takers: dict[tuple[str, str, str, str, str], list[str]] = {}
+    found: set[tuple[str, str, str, str, str]] = set()
     for entry in commands().values():
         for p in load_command(entry.name).parameters:
             if p.spec is not None:
                 about = (symbol(p.spec.symbol), p.name, unit(p.spec), p.spec.text.rstrip(","))
-                takers.setdefault((*about, p.spec.limits()), []).append(entry.name)
+                found.add((*about, bounds_of(p.spec)))
     rows = [
-        row(mark, f"`{name}`", si, text, allowed, ", ".join(used))
-        for (mark, name, si, text, allowed), used in sorted(takers.items(), key=lambda t: t[0][1:])
+        row(mark, f"`{name}`", si, text, allowed)
+        for mark, name, si, text, allowed in sorted(found, key=lambda each: each[1:])
     ]
-    return table(("symbol", "name", "SI unit", "meaning", "allowed", "commands"), rows)
+    return table(("symbol", "name", "SI unit", "meaning", "allowed"), rows)
 
 
 def command_functions() -> str:
@@ -333,10 +280,45 @@ def electronics_margins() -> str:
     return table(("quantity", "worst case", "limit"), rows)
 
 
+def source_map() -> str:
+    """The folders of the source in the order of the import contracts, with their first lines."""
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
+        "importlinter"
+    ]["contracts"]
+    floors = {c["containers"][0]: c["layers"] for c in contracts if c["type"] == "layers"}
+
+    def describe(name: str) -> str:
+        place = SOURCE.joinpath(*name.split("."))
+        path = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
+        doc = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+        return doc.split("\n\n")[0].replace("\n", " ")
+
+    def shown(name: str) -> str:
+        leaf = name.rpartition(".")[2]
+        return f"`{leaf}/`" if SOURCE.joinpath(*name.split(".")).is_dir() else f"`{leaf}.py`"
+
+    rows = []
+    for layer in reversed(floors["layerjam"]):
+        if layer.startswith("_"):
+            continue
+        rows.append(row(f"**{shown(layer)}**", describe(layer)))
+        inner = [name for group in reversed(floors.get(f"layerjam.{layer}", []))
+                 for name in group.split(" | ")]  # fmt: skip
+        rows += [
+            row(f"&nbsp;&nbsp;{shown(f'{layer}.{n}')}", describe(f"{layer}.{n}")) for n in inner
+        ]
+    return table(("folder or file", "content"), rows)
+
+
 PARTS: dict[str, Callable[[], str]] = {
     f.__name__: f
     for f in (
+        source_map,
+        decisions,
+        page_list,
+        command_list,
         brake_fields,
+        brake_effects,
         sidecar_fields,
         record_columns,
         source_kinds,
@@ -344,6 +326,7 @@ PARTS: dict[str, Callable[[], str]] = {
         silicones,
         brakes,
         command_table,
+        shared_options,
         command_quantities,
         command_functions,
         scpi_headers,
@@ -363,7 +346,9 @@ def generated(text: str) -> str:
 
 def pages() -> list[Path]:
     """Pages with generated parts."""
-    return [p for p in sorted(DOCS.glob("*.md")) if PART.search(p.read_text(encoding="utf-8"))]
+    places = [*sorted(DOCS.glob("*.md")), DOCS / "decisions" / "README.md"]
+    places += [ROOT / "CONTRIBUTING.md", ROOT / "AGENTS.md", DOCS / "llms.txt"]
+    return [p for p in places if PART.search(p.read_text(encoding="utf-8"))]
 
 
 def main() -> int:

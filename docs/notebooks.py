@@ -2,7 +2,8 @@
 
     python docs/notebooks.py [NAME...]    run docs/notebooks/*.ipynb anew and store what comes out
 
-A hook of mkdocs makes a page of each, from the stored outputs. The cells run in a folder of their
+A hook of mkdocs makes a page of each that is in the navigation, from the stored outputs; the others
+are downloads, which the tutorials link. The cells run in a folder of their
 own, top to bottom; what the last line of a cell is worth is shown, as Jupyter does. Jupyter itself
 is not needed for it.
 """
@@ -16,7 +17,7 @@ import json
 import re
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 FOLDER = Path(__file__).parent / "notebooks"
 DISPLAY = "IPython.display"
 NOTEBOOK = re.compile(r"\]\(([\w-]+)\.ipynb\)")
-"""A link to another notebook; on the site it leads to that one's page."""
+"""A link to another notebook; on the site it leads to that one's page, if it has one."""
 
 
 class SVG:
@@ -67,8 +68,8 @@ def _data(value: object) -> dict[str, list[str]]:
     """How a value shows itself, by kind."""
     made = {"text/plain": _lines(repr(value))}
     for kind, method in (("text/html", "_repr_html_"), ("image/svg+xml", "_repr_svg_")):
-        if hasattr(value, method):
-            made[kind] = _lines(getattr(value, method)())
+        if text := getattr(value, method, lambda: None)():
+            made[kind] = _lines(text)
     return made
 
 
@@ -106,15 +107,24 @@ def executed(notebook: dict[str, Any], folder: Path) -> dict[str, Any]:
     return {**notebook, "cells": cells}
 
 
-def page(notebook: dict[str, Any], name: str) -> tuple[str, dict[str, str]]:
-    """The notebook as Markdown with its stored outputs, and the pictures by file name."""
+def page(
+    notebook: dict[str, Any], name: str, shown: Collection[str] = ()
+) -> tuple[str, dict[str, str]]:
+    """The notebook as Markdown with its stored outputs, and the pictures by file name.
+
+    `shown` names the notebooks that have a page of their own.
+    """
+
+    def link(found: re.Match[str]) -> str:
+        return f"]({found[1]}.md)" if found[1] in shown else found[0]
+
     parts: list[str] = []
     pictures: dict[str, str] = {}
     heading = name
     for cell in notebook["cells"]:
         source = "".join(cell["source"])
         if cell["cell_type"] == "markdown":
-            parts.append(NOTEBOOK.sub(r"](\1.md)", source))
+            parts.append(NOTEBOOK.sub(link, source))
             heading = source.splitlines()[0].lstrip("# ")
             if len(parts) == 1:
                 parts.append(f"[Download this notebook]({name}.ipynb) and open it in Jupyter.")
@@ -126,6 +136,8 @@ def page(notebook: dict[str, Any], name: str) -> tuple[str, dict[str, str]]:
                 file = f"{name}-{len(pictures) + 1}.svg"
                 pictures[file] = "".join(data["image/svg+xml"])
                 parts.append(f"![{heading}]({file})")
+            elif "text/html" in data:
+                parts.append(f"<div class=\"jupyter\">{''.join(data['text/html'])}</div>")
             else:
                 text = "".join(data["text/plain"]).rstrip("\n")
                 parts.append(f"```text\n{text}\n```")
@@ -139,11 +151,14 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def on_files(files: Files, config: MkDocsConfig, **_of: object) -> Files:
-    """What mkdocs calls with the files of the site: a page and its pictures for each notebook."""
+    """What mkdocs calls with the files of the site: pages of the notebooks in the navigation."""
     from mkdocs.structure.files import File
 
+    listed = set(re.findall(r"notebooks/([\w-]+)\.md", json.dumps(config.nav)))
     for path in sorted(FOLDER.glob("*.ipynb")):
-        text, pictures = page(read(path), path.stem)
+        if path.stem not in listed:
+            continue
+        text, pictures = page(read(path), path.stem, listed)
         for name, content in {f"{path.stem}.md": text, **pictures}.items():
             files.append(File.generated(config, f"notebooks/{name}", content=content))
     return files

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from layerjam.rig.board import write_firmware
+from layerjam.bench.rig.board import write_firmware
 
 NOTES = Path(__file__).with_name("scpi_headers.toml")
 REACH = "reach"

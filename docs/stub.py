@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 import layerjam
-from layerjam.commands.declare import (
+from layerjam.core.command.declare import (
     FLATTENED,
     PYTHON_ONLY,
     Command,
@@ -23,7 +23,7 @@ from layerjam.commands.declare import (
     declare_parameter,
     variants,
 )
-from layerjam.commands.results import Result
+from layerjam.core.command.results import Result
 
 PACKAGE = Path(inspect.getfile(sys.modules["layerjam"])).parent
 NAMES = PACKAGE / "_names.pyi"
@@ -96,7 +96,7 @@ class Stub:
             if arrays and p.array:
                 plain.append(self.name("numpy.typing", "ArrayLike"))
             if arrays or not p.array:
-                plain.append(self.name("layerjam.conversion", "HasUnit"))
+                plain.append(self.name("layerjam.core.conversion", "HasUnit"))
         elif isinstance(p.help, Input) and p.help.convert is not None:
             plain = [self.text(p.type, p.help.convert.__module__)]
         else:
@@ -224,11 +224,8 @@ def stub() -> str:
     imports += [f"from {m} import {name[1:]} as {name}" for name, m in made.imports.items()]
     laws = layerjam._read_names("laws.py").keys() - set(layerjam.__all__)
     imports += [f"from layerjam.laws import {name} as {name}" for name in laws]
-    # as an expression: mkdocstrings would take an assignment for all that the folder holds
-    pairs = layerjam._FOLDERS.items()
-    aliases = [f"({folder} := {name})  # noqa: PLW0131" for folder, name in pairs]
     classes = [line for one in made.classes.values() for line in one]
-    text = HEAD + "\n".join([*imports, *classes, *lines, *aliases, ""])
+    text = HEAD + "\n".join([*imports, *classes, *lines, ""])
     for words in (["check", "--select", "F401,I", "--fix", "-q"], ["format", "-q"]):
         command = [RUFF, *words, "--stdin-filename", str(STUB), "-"]
         done = subprocess.run(command, input=text, capture_output=True, text=True, check=True)

@@ -105,7 +105,7 @@ def train(seconds: float, generations: int = 10**6) -> tuple[np.ndarray, np.ndar
 
 def draw(file: Path, before: Policy, after: Policy, history: np.ndarray) -> str:
     """The picture, and what it says in a line."""
-    from layerjam.report import style
+    from layerjam.core.drawing import style
 
     arm, times = Elbow(), np.arange(STEPS + 1) * EVERY * STEP
     shown = {"untrained": (before, style.GREY), "trained": (after, style.BLUE)}

@@ -14,11 +14,11 @@ import json
 from pathlib import Path
 from typing import Any
 
-from layerjam.rig.address import VIRTUAL
-from layerjam.rig.campaign import Bed, run_trial, set_full_speed
-from layerjam.rig.kinds import DRIFTS
-from layerjam.rig.observer import draw_plan
-from layerjam.units import show
+from layerjam.bench.rig.address import VIRTUAL
+from layerjam.bench.rig.campaign import Bed, run_trial, set_full_speed
+from layerjam.bench.rig.kinds import DRIFTS
+from layerjam.bench.rig.observer import draw_plan
+from layerjam.core.units import show
 
 PAGE = Path(__file__).parent.parent / "docs" / "bench-faults.md"
 

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from layerjam.device.brake import Brake
-from layerjam.device.load import load
-from layerjam.device.workshop import Build
-from layerjam.fabricate.lengths import Lengths, compute_lengths
-from layerjam.fabricate.parts import Part, make_parts
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.load import load
+from layerjam.brake.device.workshop import Build
+from layerjam.workshop.fabricate.lengths import Lengths, compute_lengths
+from layerjam.workshop.fabricate.parts import Part, make_parts
 
 KAPTON = load("choi2018-kapton")
 

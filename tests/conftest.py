@@ -8,6 +8,10 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+# two processes of tests share the cores, and threads of BLAS would wait for each other in loops;
+# set before NumPy is loaded
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import jax
 import pytest
 from hypothesis import settings
@@ -51,3 +55,49 @@ def resident() -> int:
     if not (statm.exists() and hasattr(os, "sysconf")):  # Wine shows /proc to Windows' Python
         return 0
     return int(statm.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+MOST_RERUNS = 3
+"""Number of repeated tests beyond which a run fails, even if all of them then pass."""
+BROWSER = {"tab", "chromium", "workbench"}
+"""Fixtures that start a browser or a server; a test that uses one is marked `timing`."""
+
+BOARD = "tests/bench/rig/"
+"""Folder of the tests with a virtual board in a process of its own."""
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Rerun tests marked `timing` once if they fail."""
+    if not config.pluginmanager.hasplugin("rerunfailures"):
+        return
+    for item in items:
+        if BROWSER & set(getattr(item, "fixturenames", ())) or BOARD in item.path.as_posix():
+            item.add_marker("timing")
+        if item.get_closest_marker("timing") is not None:
+            item.add_marker(pytest.mark.flaky(reruns=1))
+
+
+def find_reruns(config: pytest.Config) -> list[str]:
+    """Return the names of the tests that were repeated; empty in the workers of a run."""
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    return [] if reporter is None else [r.nodeid for r in reporter.stats.get("rerun", [])]
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print every rerun with its name and error."""
+    repeated = terminalreporter.stats.get("rerun", [])
+    if repeated:
+        terminalreporter.section(f"tests that were run twice: {len(repeated)}")
+    for report in repeated:
+        crash = getattr(report.longrepr, "reprcrash", None)
+        reason = str(crash.message if crash else report.longrepr).splitlines()
+        terminalreporter.line(f"{report.nodeid}: {reason[0] if reason else 'no reason'}")
+    if len(repeated) > MOST_RERUNS:
+        terminalreporter.line(f"the run failed: more than {MOST_RERUNS} tests were run twice")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fail a run in which more tests than `MOST_RERUNS` were repeated."""
+    if len(find_reruns(session.config)) > MOST_RERUNS and session.exitstatus == 0:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -1,6 +1,6 @@
-"""False alarms in healthy hours and the time to each fault, into docs/control.md.
+"""False alarms in healthy hours and the time to each fault, into docs/coverage.md.
 
-Noise is drawn anew for each hour (`layerjam.control.noise`), the line is the paper's with a leak, a
+Noise is drawn again for each hour (`bench.control.noise`), the line is the paper's with a leak, a
 vent and a sensor of ours; a third of the hours has the line as told, a third a pump 20 % weaker
 with a fifth of the leak, a third one 20 % stronger without leak. Faults of a full pump begin at
 96 moments of a rise for each room below the pump's vacuum, so that they meet every phase of what
@@ -19,14 +19,14 @@ from pathlib import Path
 
 import numpy as np
 
-from layerjam.control.closed_loop import simulate_run, simulate_runs
-from layerjam.control.detection import detection_times
-from layerjam.control.faults import FaultInjection as Fault
-from layerjam.control.plant import Plant, linearise_line
-from layerjam.control.settings import FAULTS, KINDS, Regulator
-from layerjam.fluid.line import Chamber, Line, Pump, Sensor, Tube, Valve
+from layerjam.bench.control.closed_loop import simulate_run, simulate_runs
+from layerjam.bench.control.detection import detection_times
+from layerjam.bench.control.faults import FaultInjection as Fault
+from layerjam.bench.control.plant import Plant, linearise_line
+from layerjam.bench.control.settings import FAULTS, KINDS, Regulator
+from layerjam.brake.fluid.line import Chamber, Line, Pump, Sensor, Tube, Valve
 
-PAGE = Path(__file__).parent.parent / "docs" / "control.md"
+PAGE = Path(__file__).parent.parent / "docs" / "coverage.md"
 MARKS = ("<!-- false alarms: begin -->", "<!-- false alarms: end -->")
 AIR = Plant(rate=3.33 / 7.503, top=101325.0, leak=0.002, vent=5.0)
 SENSOR = Sensor(range=103e3, lag=0.005, noise=50.0, resolution=25.0)
@@ -98,7 +98,7 @@ def healthy(kind: str, hours: int, seed: int) -> tuple[str, float]:
 
 
 def detected(what: str, seed: int) -> str:
-    """A row of the second table: 40 moments, 25 runs each, every kind of regulator."""
+    """A row of the second table: 40 moments, 25 runs each, every kind of controller."""
     name, injected, targets, first, last = BREAKS[what]
     worst, missed, said, count = 0.0, 0, set(), 0
     for kind in KINDS:
@@ -166,7 +166,7 @@ def main() -> None:
         f"Healthy hours at 100 Hz, seed {given.seed} (`python tests/false_alarms.py --hours "
         f"{given.hours} --write`):",
         "",
-        "| regulator | hours | false alarms | rate at most, 95 % [1/h] | pump switches an hour |",
+        "| controller | hours | false alarms | rate at most, 95 % [1/h] | pump switches an hour |",
         "|---|---|---|---|---|",
     ]
     for kind in KINDS:
@@ -175,7 +175,7 @@ def main() -> None:
         lines.append(row)
     lines += [
         "",
-        "Faults of a thousand runs for each kind of regulator:",
+        "Faults of a thousand runs for each kind of controller:",
         "",
         "| what breaks | what it is called | stated | worst seen | missed |",
         "|---|---|---|---|---|",

@@ -15,18 +15,18 @@ from typing import Any
 import numpy as np
 from scipy import special
 
-from layerjam.device.brake import Brake
-from layerjam.device.load import load
-from layerjam.identify.bayes.model import priors
-from layerjam.identify.calibration.budget import Peak, enclosure_line
-from layerjam.identify.calibration.influence import make_interval
-from layerjam.identify.calibration.intervals import Interval, Population
-from layerjam.identify.calibration.least_squares import WORKING
-from layerjam.identify.calibration.mountings import find_mountings
-from layerjam.identify.calibration.peaks import join_means
-from layerjam.identify.curves import Curve
-from layerjam.identify.shape import SHAPE, change_shape
-from layerjam.mechanics.pull import peak, scale_factor_of_peak
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.pull import peak, scale_factor_of_peak
+from layerjam.laboratory.identify.bayes.model import priors
+from layerjam.laboratory.identify.calibration.budget import Peak, enclosure_line
+from layerjam.laboratory.identify.calibration.influence import make_interval
+from layerjam.laboratory.identify.calibration.intervals import Interval, Population
+from layerjam.laboratory.identify.calibration.least_squares import WORKING
+from layerjam.laboratory.identify.calibration.mountings import find_mountings
+from layerjam.laboratory.identify.calibration.peaks import join_means
+from layerjam.laboratory.identify.curves import Curve
+from layerjam.laboratory.identify.shape import SHAPE, change_shape
 
 TRAVEL = 0.04
 READING = 1e-3
@@ -93,7 +93,9 @@ def draw(case: Any, campaigns: int, seed: Any) -> list[Pulls]:
             factor[here] = np.asarray(scale_factor_of_peak(height[here], vacuum[here], brake))
     made = []
     for span, (brake, truth, places, own) in zip(spans, plans, strict=True):
-        stated = case.between is not None and case.stated
+        numbers = [repeat + 1 for *_, repeat in places]
+        if case.between is None:
+            numbers = list(range(len(places)))
         curves = tuple(
             Curve(
                 elongation=np.zeros(1),
@@ -103,9 +105,9 @@ def draw(case: Any, campaigns: int, seed: Any) -> list[Pulls]:
                 repeat=None,
                 path="",
                 pull=None,  # type: ignore[arg-type]
-                mounting=repeat + 1 if stated else None,
+                mounting=number if case.stated else None,
             )
-            for vacuum, speed, repeat in places
+            for (vacuum, speed, _), number in zip(places, numbers, strict=True)
         )
         slope = own[:, 1] * read[span, 1]
         made.append(
@@ -137,6 +139,7 @@ def of_peaks(pulls: Pulls) -> dict[str, Interval | None]:
     enclosure = enclosure_line(pulls.peaks, pulls.brake).relative or 0.0
     found = {}
     for name, values, shared in zip(SHAPE[:2], pulls.told.T, (enclosure, 0.0), strict=True):
+        shared = math.hypot(shared, mounted.unseen.get(name, 0.0))  # noqa: PLW2901
         units = join_means({name: values.tolist()}).join_groups(mounted.groups)
         error = units.standard_error(np.ones(1))
         found[name] = make_interval(name, float(units.estimate[0]), error, shared, "")
@@ -146,7 +149,7 @@ def of_peaks(pulls: Pulls) -> dict[str, Interval | None]:
 def of_curves(pulls: Pulls) -> dict[str, Interval | None]:
     """As `calibrate` at depth curves, if noise is small: then every curve weighs alike."""
     logs = np.column_stack([np.log(pulls.own[:, :2]), pulls.own[:, 2]])
-    mounted = find_mountings(pulls.curves, (logs - logs.mean(axis=0))[:, :2])
+    mounted = find_mountings(pulls.curves, logs - logs.mean(axis=0))
     units = Population(
         estimate=logs.mean(axis=0),
         design=np.tile(np.diag(1 / WORKING), (len(logs), 1, 1)),
@@ -157,7 +160,9 @@ def of_curves(pulls: Pulls) -> dict[str, Interval | None]:
         told = units.standard_error(np.eye(3)[place])
         at = float(units.estimate[place])
         value, size = (at, 1.0) if place == 2 else (math.exp(at), math.exp(at))
-        found[name] = make_interval(name, value, told and (size * told[0], told[1]), 0.0, "")
+        found[name] = make_interval(name, value, told and (size * told[0], told[1]),
+            mounted.unseen.get(name, 0.0), "",
+        )  # fmt: skip
     return found
 
 

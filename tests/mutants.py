@@ -338,10 +338,19 @@ class Farm:
         place = home / "layerjam" / mutant.file
         try:
             place.write_text(mutant.apply(self.sources[mutant.file]), encoding="utf-8")
+            self.print_loops(home, mutant)
             return run_tests(home, self.cache, mutant.file, self.limit)[0]
         finally:
             place.write_text(self.sources[mutant.file], encoding="utf-8")
+            self.print_loops(home, mutant)
             self.homes.put(home)
+
+    def print_loops(self, home: Path, mutant: Mutant) -> None:
+        """Print the loops of the stack again, because the compiled kernel has those in C."""
+        if mutant.file.startswith("mechanics/stack/"):
+            words = [sys.executable, "-m", "layerjam.brake.kernel.loop_printer"]
+            env = environment(home, self.cache)
+            subprocess.run(words, env=env, capture_output=True, check=False)
 
 
 def select(args: argparse.Namespace) -> list[Mutant]:

@@ -23,20 +23,20 @@ import numpy as np
 
 jax.config.update("jax_enable_x64", True)
 
-from layerjam.campaigns.campaign import Campaign, campaign  # noqa: E402
-from layerjam.campaigns.faults import Faults  # noqa: E402
-from layerjam.campaigns.spec import Odd, Pulls, Scatter, Spec, Truth  # noqa: E402
-from layerjam.device.load import load  # noqa: E402
-from layerjam.identify.calibration.forward import pull_force  # noqa: E402
-from layerjam.identify.calibration.peaks import calibrate_peaks, fit_curves  # noqa: E402
-from layerjam.identify.calibration.whole_curves import calibrate_curves  # noqa: E402
-from layerjam.identify.checks import Check  # noqa: E402
-from layerjam.identify.curves import Curve, make_curves  # noqa: E402
-from layerjam.identify.pull.features import pull_features  # noqa: E402
-from layerjam.identify.single_pulls import check_single_pulls  # noqa: E402
-from layerjam.identify.validation.metrics import validate_curves  # noqa: E402
-from layerjam.identify.validation.table import add_pull_table, check_validation  # noqa: E402
-from layerjam.mechanics.pull import peak  # noqa: E402
+from layerjam.brake.device.load import load  # noqa: E402
+from layerjam.brake.mechanics.pull import peak  # noqa: E402
+from layerjam.laboratory.campaigns.campaign import Campaign, campaign  # noqa: E402
+from layerjam.laboratory.campaigns.faults import Faults  # noqa: E402
+from layerjam.laboratory.campaigns.spec import Odd, Pulls, Scatter, Spec, Truth  # noqa: E402
+from layerjam.laboratory.identify.calibration.forward import pull_force  # noqa: E402
+from layerjam.laboratory.identify.calibration.peaks import calibrate_peaks, fit_curves  # noqa: E402
+from layerjam.laboratory.identify.calibration.whole_curves import calibrate_curves  # noqa: E402
+from layerjam.laboratory.identify.curves import Curve, make_curves  # noqa: E402
+from layerjam.laboratory.identify.fit_checks import Check  # noqa: E402
+from layerjam.laboratory.identify.pull.features import pull_features  # noqa: E402
+from layerjam.laboratory.identify.pull_checks import check_single_pulls  # noqa: E402
+from layerjam.laboratory.identify.validation.metrics import validate_curves  # noqa: E402
+from layerjam.laboratory.identify.validation.several import add_pull_table, check_validation  # noqa: E402
 
 PAGE = Path(__file__).parent.parent / "docs" / "coverage.md"
 MARKS = ("<!-- faulty pulls: begin -->", "<!-- faulty pulls: end -->")

@@ -10,12 +10,12 @@ import jax
 import numpy as np
 from hypothesis import strategies as st
 
-from layerjam.device.brake import Brake
-from layerjam.device.enclosure import Enclosure
-from layerjam.device.load import load
-from layerjam.device.mount import Mount, Site
-from layerjam.device.sheets import Film, Sheets
-from layerjam.mechanics.law import register_records
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.enclosure import Enclosure
+from layerjam.brake.device.load import load
+from layerjam.brake.device.mount import Mount, Site
+from layerjam.brake.device.sheets import Film, Sheets
+from layerjam.brake.mechanics.tracing import register_records
 
 register_records()
 KAPTON = load("choi2018-kapton").brake

@@ -21,32 +21,32 @@ import numpy as np
 
 jax.config.update("jax_enable_x64", True)
 
-from campaigns.bench import Machine  # noqa: E402
-from campaigns.bench import pull as virtual_pull  # noqa: E402
-from layerjam.commands.pull import pull  # noqa: E402
-from layerjam.control.checks import regulation_checks, step_check  # noqa: E402
-from layerjam.control.closed_loop import simulate_run  # noqa: E402
-from layerjam.control.plan import Arrival, checks_of_plan, plan_stop, predict_stop  # noqa: E402
-from layerjam.control.plant import linearise_line  # noqa: E402
-from layerjam.control.settings import Regulator  # noqa: E402
-from layerjam.design.verdict import design_checks  # noqa: E402
-from layerjam.device.load import load  # noqa: E402
-from layerjam.errors import LayerjamError  # noqa: E402
-from layerjam.fluid.file import load_line  # noqa: E402
-from layerjam.fluid.line import Leak as LineLeak  # noqa: E402
-from layerjam.fluid.line import Line, Sensor  # noqa: E402
-from layerjam.identify.calibration.gross import find_gross_pulls  # noqa: E402
-from layerjam.identify.calibration.peaks import calibrate_peaks  # noqa: E402
-from layerjam.identify.logs.checks import check_crash, check_leak, check_pump_downs  # noqa: E402
-from layerjam.identify.logs.crash import reduce_crash  # noqa: E402
-from layerjam.identify.logs.leak import fit_leak  # noqa: E402
-from layerjam.identify.logs.pump_down import fit_pump_down  # noqa: E402
-from layerjam.identify.rubber import hyperelastic  # noqa: E402
-from layerjam.identify.rubber.checks import check_specimens  # noqa: E402
-from layerjam.identify.validation.metrics import validate_curves  # noqa: E402
-from layerjam.identify.validation.table import add_pull_table, check_validation  # noqa: E402
-from layerjam.mechanics.law import double_precision  # noqa: E402
-from layerjam.verdict import Check  # noqa: E402
+from laboratory.campaigns.bench import Machine  # noqa: E402
+from laboratory.campaigns.bench import pull as virtual_pull  # noqa: E402
+from layerjam.bench.control.checks import regulation_checks, step_check  # noqa: E402
+from layerjam.bench.control.closed_loop import simulate_run  # noqa: E402
+from layerjam.bench.control.plan import Arrival, checks_of_plan, plan_stop, predict_stop  # noqa: E402
+from layerjam.bench.control.plant import linearise_line  # noqa: E402
+from layerjam.bench.control.settings import Regulator  # noqa: E402
+from layerjam.brake.device.load import load  # noqa: E402
+from layerjam.brake.fluid.line import Leak as LineLeak  # noqa: E402
+from layerjam.brake.fluid.line import Line, Sensor  # noqa: E402
+from layerjam.brake.fluid.line_file import load_line  # noqa: E402
+from layerjam.brake.mechanics.tracing import double_precision  # noqa: E402
+from layerjam.core.errors import LayerjamError  # noqa: E402
+from layerjam.core.verdict import Check  # noqa: E402
+from layerjam.laboratory.commands.pull import pull  # noqa: E402
+from layerjam.laboratory.identify.calibration.gross import find_gross_pulls  # noqa: E402
+from layerjam.laboratory.identify.calibration.peaks import calibrate_peaks  # noqa: E402
+from layerjam.laboratory.identify.logs.crash import reduce_crash  # noqa: E402
+from layerjam.laboratory.identify.logs.leak import fit_leak  # noqa: E402
+from layerjam.laboratory.identify.logs.log_checks import check_crash, check_leak, check_pump_downs  # noqa: E402
+from layerjam.laboratory.identify.logs.pump_down import fit_pump_down  # noqa: E402
+from layerjam.laboratory.identify.rubber import hyperelastic  # noqa: E402
+from layerjam.laboratory.identify.rubber.specimen_checks import check_specimens  # noqa: E402
+from layerjam.laboratory.identify.validation.metrics import validate_curves  # noqa: E402
+from layerjam.laboratory.identify.validation.several import add_pull_table, check_validation  # noqa: E402
+from layerjam.workshop.design.verdict import design_checks  # noqa: E402
 from pull_faults import FAULTS, curves, drawn  # noqa: E402
 
 PAGE = Path(__file__).parent.parent / "docs" / "verdicts.md"
@@ -275,7 +275,7 @@ def designs(random: Random, fault: str) -> Iterator[Check]:
         if load_share >= 1.1 if fault == "torn" else load_share <= 0.7:
             break
     brake = replace(base, sheets=sheets, film=replace(base.film, strength=float(strength)))
-    yield from design_checks(replace(file, brake=brake), float(vacuum), {})
+    yield from design_checks(replace(file, brake=brake), float(vacuum))
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,7 @@ def prepare(drops: Drops, flags: tuple[str, ...] = FLAGS) -> Callable[[], tuple[
     """A call that solves the drops by stop.c into arrays allocated once.
 
     Gives slip, peak force, end speed, heat, stored energy (SI) and the outcome's code, as
-    `layerjam.mechanics.stop.exact.stop` does.
+    `layerjam.brake.mechanics.stop.exact.stop` does.
     """
     places = [Doubles] * 3 + [ctypes.POINTER(Brake)] + [Doubles] * 5 + [Integers]
     kernel = function("stop", [ctypes.c_long, *places], flags)

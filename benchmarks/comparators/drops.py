@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from layerjam.device.brake import Brake
-from layerjam.device.load import load
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.load import load
 
 BRAKE = "choi2018-kapton"
 SEED = 8

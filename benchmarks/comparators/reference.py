@@ -1,7 +1,7 @@
 """The reference: energy balance in extended precision, its first root by halving.
 
-Written from section III-E's balance and independent of `layerjam.mechanics.stop.exact`, which is
-measured against it as everything else is.
+Written from section III-E's balance and independent of `mechanics.stop.exact`, which is measured
+against it as everything else is.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The README's three lines of Python by hand: the paper's law, `solve_ivp` and `brentq`.
+"""The README's lines of Python by hand: the paper's law, `solve_ivp` and `brentq`.
 
 Run as a script, as a user without layerjam would: it imports nothing else.
 """
@@ -14,8 +14,8 @@ from scipy.optimize import brentq
 MASS, SPEED, TRAVEL, GRAVITY = 1.0, 2.5, 0.04, 9.80665
 SCALE, KINETIC, SHEETS, WIDTH, OVERLAP, FREE = 0.875, 0.24, 11, 0.013, 0.068, 0.011
 MODULUS, WALL, ON_SILICONE = 0.1e6, 1e-3, 0.8
-STIFFNESS = 131e3
-"""Of the brake [N/m]; no rope."""
+STIFFNESS = 1 / (1 / 131e3 + 1 / 16.8e3)
+"""Of brake and rope in series [N/m]."""
 REACH = FREE + OVERLAP / 2
 VACUUMS = (55e3, 80e3)
 """Least and greatest vacuum to try [Pa]."""

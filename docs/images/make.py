@@ -16,16 +16,20 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERE = Path(__file__).parent
-NAMES = ("device", "kapton", "engines", "rise", "regulators", "forces", "warned", "coupling")
+NAMES = ("device", "kapton", "engines", "rise", "regulators", "forces", "warned", "coupling",
+         "overview")  # fmt: skip
 VACUUMS = (94.5e3, 65.5e3, 31.0e3, 0.0)
 
 
 def draw(name: str, path: Path) -> Path:
     """One picture by name: a function of this file or of report/line_pictures.py."""
     jax.config.update("jax_enable_x64", True)
-    from layerjam.report import fluid_figures, line_pictures, style
+    from layerjam.bench.figures import line_pictures
+    from layerjam.brake.figures import fluid_figures
+    from layerjam.core.drawing import style
 
     here = {"device": device, "kapton": kapton, "engines": engines, "rise": fluid_figures.draw_fig5}
+    here["overview"] = overview
     drawn = {"warned": "draw_warned_plan"}.get(name, f"draw_{name}")
     figure = here[name]() if name in here else getattr(line_pictures, drawn)()
     return style.save(figure, path, overwrite=True)
@@ -33,17 +37,17 @@ def draw(name: str, path: Path) -> Path:
 
 def device() -> Figure:
     """The paper's Kapton brake with every named length and force."""
-    from layerjam.device.load import load
-    from layerjam.report import device_drawing
+    from layerjam.brake.device.load import load
+    from layerjam.brake.figures import device_drawing
 
     return device_drawing.draw_device(load("choi2018-kapton"))
 
 
 def kapton() -> Figure:
     """The paper's Kapton brake pulled at the paper's four vacuums, and the vacuum for 100 N."""
-    from layerjam.device.load import load
-    from layerjam.mechanics.pull import brake_force, force_at_elongation, vacuum_for_force
-    from layerjam.report import style
+    from layerjam.brake.device.load import load
+    from layerjam.brake.mechanics.pull import brake_force, force_at_elongation, vacuum_for_force
+    from layerjam.core.drawing import style
 
     brake = load("choi2018-kapton").brake
     u = np.union1d(np.linspace(0, 4e-3, 400), np.linspace(0, 40e-3, 300))
@@ -81,7 +85,7 @@ SHAPES = "osD^vP"
 
 def engines() -> Figure:
     """The same drop in six engines, as benchmarks/engines.py measured it: slip, and its error."""
-    from layerjam.report import style
+    from layerjam.core.drawing import style
 
     record = json.loads((HERE / "engines.json").read_text(encoding="utf-8"))
     with style.apply_style():
@@ -116,13 +120,75 @@ def engines() -> Figure:
     return figure
 
 
+BOXES: dict[str, tuple[float, float, str, str]] = {
+    "brake file": (0, 2, "brake file", "TOML, units, sources"),
+    "test files": (0, 1, "test files", "CSV, .TRA, workbooks"),
+    "device": (1, 2, "brake/device", "Brake: SI floats"),
+    "identify": (1, 1, "laboratory", "read, fit, verdict"),
+    "laws": (2, 2, "brake/mechanics, fluid", "laws: array functions"),
+    "simulate": (2, 1, "brake/simulate", "pulls, stops, records"),
+    "commands": (3, 2, "commands/", "one declared function"),
+    "faces": (4, 2, "cli, Python, workbench", "table, JSON, page"),
+    "interop": (2, 0, "interop", "C kernel, FMI, MuJoCo"),
+    "build": (3, 1, "workshop", "design, drawings, parts"),
+    "bench": (1, 0, "bench", "controller, firmware"),
+    "board": (0, 0, "board, pump, valve", "virtual and emulated only"),
+    "parts": (4, 1, "cut, printed, cast", "nobody has built one"),
+}
+"""{box of the overview: (column, row, folder, content)}."""
+ARROWS = (
+    ("brake file", "device"), ("test files", "identify"), ("identify", "device"),
+    ("device", "laws"), ("laws", "simulate"), ("laws", "commands"), ("simulate", "commands"),
+    ("commands", "faces"), ("simulate", "interop"), ("commands", "build"), ("build", "parts"),
+    ("bench", "board"), ("bench", "identify"),
+)  # fmt: skip
+UNBUILT = ("board", "parts")
+MAIN = ("brake file", "test files", "device", "identify", "laws", "simulate", "commands", "faces")
+
+
+def overview() -> Figure:
+    """The way from a brake file and test files to a result, with its side branches."""
+    from matplotlib.patches import FancyBboxPatch
+
+    from layerjam.core.drawing import style
+
+    wide, high, step_x, step_y = 1.72, 0.62, 2.1, 1.1
+    with style.apply_style():
+        figure, (axes,) = style.make_axes(width=10.4, height=3.5)
+        axes.set(xlim=(-0.05, 4 * step_x + wide + 0.05), ylim=(-0.1, 2 * step_y + high + 0.1))
+        style.hide_axes(axes)
+        for name, (column, line, folder, content) in BOXES.items():
+            x, y, ink = column * step_x, line * step_y, style.BLUE if name in MAIN else style.GREY
+            axes.add_patch(
+                FancyBboxPatch(
+                    (x, y), wide, high, boxstyle="round,pad=0,rounding_size=0.08", fill=False,
+                    edgecolor=style.RED if name in UNBUILT else ink, lw=1.4,
+                    ls="--" if name in UNBUILT else "-",
+                )
+            )  # fmt: skip
+            middle = x + wide / 2
+            props = {"ha": "center", "va": "center"}
+            style.add_label(axes, middle, y + 0.41, folder, style.INK, weight="bold", **props)
+            style.add_label(axes, middle, y + 0.18, content, style.GREY, **props)
+        for start, end in ARROWS:
+            (a, b, *_), (c, d, *_) = BOXES[start], BOXES[end]
+            across, up = np.sign(c - a), np.sign(d - b)
+            source = (a * step_x + wide * (1 + across) / 2, b * step_y + high / 2)
+            sink = (c * step_x + wide * (1 - across) / 2, d * step_y + high / 2)
+            if not across:
+                source = (source[0], b * step_y + high * (1 + up) / 2)
+                sink = (sink[0], d * step_y + high * (1 - up) / 2)
+            axes.annotate("", sink, source, arrowprops={"arrowstyle": "->", "color": style.INK})
+    return figure
+
+
 def gallery() -> list[Path]:
     """The pictures of docs/gallery.md, by the lines that stand under each."""
     page = (HERE.parent / "gallery.md").read_text(encoding="utf-8")
     with contextlib.chdir(HERE):
         for path in Path().glob("gallery-*.svg"):
             path.unlink()
-        exec("\n".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL)), {})
+        exec("\n".join(re.findall(r"(?<!-->\n)```python\n(.*?)```", page, re.DOTALL)), {})
     return sorted(HERE.glob("gallery-*.svg"))
 
 

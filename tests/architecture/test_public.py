@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import layerjam
-from layerjam.commands.index import commands
+from layerjam.core.command.index import commands
 
 HOME = Path(layerjam.__file__).parent
 
@@ -17,18 +17,18 @@ def test_every_public_name_can_be_had() -> None:
     for name in layerjam.__all__:
         assert getattr(layerjam, name) is not None
     listed = dir(layerjam)
-    assert {*layerjam.__all__, "design", "lab", "report", "brake_force", "peak"} <= {*listed}
+    assert {*layerjam.__all__, "design", "lab", "report"} <= {*listed}
     assert listed == sorted(set(listed)) and all(getattr(layerjam, n) is not None for n in listed)
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         _ = layerjam.nonsense
 
 
 def test_no_name_hides_a_folder() -> None:
-    import layerjam.report.style as style
+    import layerjam.core.drawing.style as style
 
     folders = {path.name for path in HOME.iterdir() if path.is_dir()}
     assert not folders & set(layerjam.__all__)
-    assert style.__name__ == "layerjam.report.style"
+    assert style.__name__ == "layerjam.core.drawing.style"
     # what was typed before goes on working
     for name in ("design", "lab", "report"):
         assert callable(getattr(layerjam, name))

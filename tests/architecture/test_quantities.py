@@ -13,10 +13,10 @@ from collections import defaultdict
 import pytest
 
 import layerjam
-from layerjam.commands.declare import load_command
-from layerjam.commands.index import commands
-from layerjam.errors import QuantityError
-from layerjam.units import RECORDS, QuantitySpec
+from layerjam.core.command.declare import load_command
+from layerjam.core.command.index import commands
+from layerjam.core.errors import QuantityError
+from layerjam.core.units import RECORDS, QuantitySpec
 
 APART = {
     # parts of a device that have the same word for different things
@@ -35,8 +35,8 @@ APART = {
     "Stribeck.kinetic": "a curve may be frictionless",
     "WetFilm.static": "a curve may be frictionless",
     "WetFilm.kinetic": "a curve may be frictionless",
-    "ScatterRequest.static": "a standard deviation divided by the mean",
-    "ScatterRequest.kinetic": "a standard deviation divided by the mean",
+    "Scatter.static": "a standard deviation divided by the mean",
+    "Scatter.kinetic": "a standard deviation divided by the mean",
     # speeds of different things
     "tensile.speed": "of a crosshead, which is slower than what arrives",
     "stick-slip.speed": "of a crosshead, which is slower than what arrives",
@@ -86,8 +86,6 @@ APART = {
     # what is asked of the virtual laboratory and of designs
     "Pulls.travel": "elongation, at least one sample and at most a machine's stroke",
     "FrictionTests.travel": "a sled's path, at least one sample and at most a machine's stroke",
-    "tensile.travel": "elongation, at most a machine's stroke",
-    "stick-slip.travel": "elongation, at most a machine's stroke",
     "Pulls.repeats": "a campaign without pulls is none",
     "FrictionTests.stick_slip": "a sled's force is smaller than a brake's",
     "tensile.samples": "two stacks have a scatter; chances need a hundred samples",

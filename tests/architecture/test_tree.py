@@ -41,8 +41,8 @@ REVEALED = (
     "float | None",
     "Any",
     "float",
-    "layerjam.device.file.BrakeFile",
-    "Sequence[str]",
+    "layerjam.brake.device.brake_file.BrakeFile",
+    "Sequence[layerjam.core.errors.Notice]",
     "matplotlib.figure.Figure",
 )
 WRONG = ("[arg-type]", "[call-arg]", "[attr-defined]")
@@ -110,7 +110,7 @@ LOCKS = (
     "requirements.lock",
     "tests/install/requirements.lock",
     "tests/interop/requirements.lock",
-    "tests/rig/checks/requirements.lock",
+    "tests/bench/rig/checks/requirements.lock",
 )
 
 
@@ -155,10 +155,14 @@ def test_ruff(command: list[str]) -> None:
 def test_the_tree_and_a_users_script_are_typed(tmp_path: Path) -> None:
     """One run of mypy for both, for most of its time goes into reading the tree."""
     (tmp_path / "script.py").write_text(SCRIPT, encoding="utf-8")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)
+    assert len(blocks) == 2
+    (tmp_path / "readme.py").write_text("\n".join(blocks), encoding="utf-8")
     assert (ROOT / "src" / "layerjam" / "py.typed").is_file()
     done = subprocess.run(
         [str(BIN / "mypy"), "--cache-dir", str(ROOT / ".mypy_cache"),
-         "src/layerjam", str(USER), str(tmp_path / "script.py")],
+         "src/layerjam", str(USER), str(tmp_path / "script.py"), str(tmp_path / "readme.py")],
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     lines = done.stdout.splitlines()
@@ -202,6 +206,8 @@ def test_warnings_are_errors_for_every_test() -> None:
     tools = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
     assert tools["pytest"]["ini_options"]["filterwarnings"] == ["error"]
     assert tools["mypy"]["strict"] is True
-    lax = [one for one in tools["mypy"]["overrides"] if "layerjam.commands" in str(one["module"])]
+    lax = [
+        one for one in tools["mypy"]["overrides"] if "layerjam.core.command" in str(one["module"])
+    ]
     assert not lax  # the bodies of the commands are checked in full
     assert tools["ruff"]["line-length"] == 100

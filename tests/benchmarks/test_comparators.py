@@ -19,8 +19,8 @@ from benchmarks.comparators import compiled, reference, scipy_drop, tuned_scipy 
 from benchmarks.comparators.drops import Answer, Drops, given, population  # noqa: E402
 
 from benchmarks import gpu, impact, timing  # noqa: E402
-from layerjam.mechanics.pull import brake_force  # noqa: E402
-from layerjam.mechanics.stop.exact import BOTTOMED_OUT, NEVER_SLID, SNAPS, STOPPED, Stop, stop  # noqa: E402
+from layerjam.brake.mechanics.pull import brake_force  # noqa: E402
+from layerjam.brake.mechanics.stop.exact import BOTTOMED_OUT, NEVER_SLID, SNAPS, STOPPED, Stop, stop  # noqa: E402
 
 needs_cc = pytest.mark.skipif(not compiled.compiler(), reason="there is no C compiler (cc) here")
 
@@ -254,12 +254,26 @@ def test_the_lines_of_the_readme_are_timed_beside_a_script_with_the_same_result(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    code, printed = re.search(r"```python\n(.*?)```\s+```text\n(.*?)```", readme, re.S).groups()  # type: ignore[union-attr]
-    assert timing.README.strip() == code.strip()
+    blocks = dict(re.findall(r"```python\n(.*?)```\s+```text\n(.*?)```", readme, re.S))
+    printed = blocks[timing.README.removeprefix("\n")]
     tuned_scipy.main()
     assert capsys.readouterr().out == printed
 
 
-def test_processor_time_of_a_process_counts_its_work() -> None:
-    seconds = timing.cpu(sys.executable, "-c", "sum(range(10_000_000))", runs=1)
-    assert seconds > timing.cpu(sys.executable, "-c", "import time; time.sleep(0.5)", runs=1)
+def test_a_missed_aim_is_printed_beside_the_ratio() -> None:
+    def row(value: float) -> timing.Row:
+        return timing.Row("tune", value, other=1.0, other_name="SciPy script", target_ratio=1.5)
+
+    met, missed = timing.table([row(1.4), row(1.6)]).splitlines()
+    assert "within 1.5x" in met and "1.40x SciPy script (1 s)" in met
+    assert "missed 1.5x" in missed and "1.60x SciPy script (1 s)" in missed
+
+
+def test_a_timed_process_has_its_caches_in_a_folder_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "elsewhere")
+    code = "import os, pathlib; pathlib.Path('seen').write_text(repr(dict(os.environ)))"
+    assert timing.cpu([sys.executable, "-c", code], tmp_path) > 0
+    seen = (tmp_path / "seen").read_text()
+    assert "elsewhere" not in seen and repr(str(tmp_path / "cache")) in seen

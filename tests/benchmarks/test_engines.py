@@ -14,10 +14,10 @@ if str(ROOT) not in sys.path:  # where pytest was not started as `python -m pyte
     sys.path.append(str(ROOT))
 
 from benchmarks import engines  # noqa: E402
-from layerjam.commands.impact import drop  # noqa: E402
-from layerjam.device.load import load  # noqa: E402
-from layerjam.errors import CompilerError  # noqa: E402
-from layerjam.kernel.kernel import Kernel  # noqa: E402
+from layerjam.brake.commands.drop import drop  # noqa: E402
+from layerjam.brake.device.load import load  # noqa: E402
+from layerjam.brake.kernel.kernel import Kernel  # noqa: E402
+from layerjam.core.errors import CompilerError  # noqa: E402
 
 RECORD = json.loads(engines.RECORD.read_text(encoding="utf-8"))
 PAGE = engines.PAGE.read_text(encoding="utf-8")

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from campaigns import bench as virtual
+from laboratory.campaigns import bench as virtual
+from layerjam.brake.device.load import load
 from layerjam.cli.main import main
-from layerjam.device.load import load
 
 
 @dataclass(frozen=True)

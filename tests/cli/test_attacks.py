@@ -8,9 +8,11 @@ from typing import Any
 
 import pytest
 
+from layerjam.brake.commands import drop as drop_command
+from layerjam.brake.commands import force as force_command
+from layerjam.brake.commands import tensile, tuning
+from layerjam.brake.device.load import load
 from layerjam.cli.main import main
-from layerjam.commands import impact, predict, tensile
-from layerjam.device.load import load
 from links import link
 
 
@@ -19,7 +21,7 @@ from links import link
 def test_separation_does_not_depend_on_the_travel_asked_for(vacuum: float, travel: str) -> None:
     for name in ("choi2018-kapton", "choi2018-ptfe"):
         pulled = tensile.tensile(name, vacuum=vacuum, speed="13 mm/s", travel=travel)
-        alone = predict.force(name, slip="68 mm", vacuum=vacuum).force
+        alone = force_command.force(name, slip="68 mm", vacuum=vacuum).force
         assert pulled.outcome == "SEPARATED"
         assert pulled.force_at_end == pytest.approx(alone, rel=1e-9)
         assert any("the sheets separated" in w for w in pulled.warnings)
@@ -27,18 +29,18 @@ def test_separation_does_not_depend_on_the_travel_asked_for(vacuum: float, trave
 
 def test_a_tuned_vacuum_stops_where_it_says_or_is_refused() -> None:
     case: dict[str, Any] = {"mass": "2.26 kg", "speed": "0.3118 m/s", "travel": "3.84 mm"}
-    soft = impact.tune("choi2018-kapton", **case, rope_stiffness="10 N/m")
+    soft = tuning.tune("choi2018-kapton", **case, rope_stiffness="10 N/m")
     assert soft.feasible is False and "soft" in soft.reason
-    firm = impact.drop("choi2018-kapton", **case, vacuum="tuned", rope_stiffness="200 kN/m")
+    firm = drop_command.drop("choi2018-kapton", **case, vacuum="tuned", rope_stiffness="200 kN/m")
     assert firm.outcome == "STOPPED" and firm.slip == pytest.approx(3.84e-3, rel=1e-6)
 
 
 def test_without_gravity_there_is_no_multiple_of_it(tmp_path: Path) -> None:
     path = tmp_path / "space.toml"
     path.write_text(load("choi2018-kapton").text + '\n[site]\ngravity = "0 m/s^2"\n')
-    answer = impact.drop(str(path), mass="1 kg", speed="1 m/s", vacuum="50 kPa")
+    answer = drop_command.drop(str(path), mass="1 kg", speed="1 m/s", vacuum="50 kPa")
     assert answer.peak_g is None and answer.peak_force > 0
-    assert impact.tune(str(path), mass="1 kg", speed="2 m/s", travel="40 mm").floor_g is None
+    assert tuning.tune(str(path), mass="1 kg", speed="2 m/s", travel="40 mm").floor_g is None
 
 
 def test_pipes_and_folders_do_not_hang_or_lose_files(
@@ -48,7 +50,7 @@ def test_pipes_and_folders_do_not_hang_or_lose_files(
         os.mkfifo(tmp_path / "pipe.toml")
     assert main(["show", str(tmp_path / "pipe.toml")]) == 2
     (tmp_path / "taken.svg").mkdir()
-    words = ["tensile", "choi2018-kapton", "--vacuum", "9kPa", "--speed", "1mm/s", "--travel"]
+    words = ["tensile", "choi2018-kapton", "--vacuum", "9kPa", "--speed", "1mm/s", "--elongation"]
     words += ["20mm", "--out", str(tmp_path / "z.csv"), "--figure", str(tmp_path / "taken.svg")]
     assert main([*words, "--overwrite"]) == 2
     assert not (tmp_path / "z.csv").exists()

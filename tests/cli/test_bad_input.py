@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.device.load import load
+from layerjam.brake.device.load import load
 
 from .conftest import Run
 
@@ -54,7 +54,7 @@ def test_quantities(refuses: Refuses, words: tuple[str, ...], parts: tuple[str, 
         assert part in sentence, sentence
 
 
-PULL = {"--vacuum": "94.5kPa", "--speed": "13mm/s", "--travel": "40mm"}
+PULL = {"--vacuum": "94.5kPa", "--speed": "13mm/s", "--elongation": "40mm"}
 
 
 def pull(**changed: str | None) -> list[str]:
@@ -65,14 +65,14 @@ def pull(**changed: str | None) -> list[str]:
 @pytest.mark.parametrize(
     ("words", "parts"),
     [
-        (pull(procedure="vent"), ("procedure", "vacuum, speed, travel", "not both")),
+        (pull(procedure="vent"), ("procedure", "vacuum, speed, elongation", "not both")),
         (pull(speed=None, travel=None, procedure="vent"), ("vacuum", "not both")),
         (pull(speed=None), ("speed: missing", "procedure")),
-        (["tensile", KAPTON], ("vacuum, speed, travel: missing",)),
+        (["tensile", KAPTON], ("vacuum, speed, elongation: missing",)),
         (pull(speed="0 mm/s"), ("speed", "at least 0.0001 mm/s")),
         (pull(speed="13 mm"), ("speed", "units of m/s")),
-        (pull(travel="0 mm"), ("travel", "at least 1 µm")),
-        (pull(travel="1 km"), ("travel", "at most")),
+        (pull(elongation="0 mm"), ("elongation", "at least 1 µm")),
+        (pull(elongation="1 km"), ("elongation", "at most")),
         (pull(vacuum="110 kPa"), ("vacuum", "atmospheric")),
         (pull(model="magic"), ("unknown model 'magic'", "stack")),
         (["tensile", KAPTON, "--procedure", "do something"], ("'do something' is not a step",)),

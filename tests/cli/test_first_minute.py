@@ -10,9 +10,9 @@ import pytest
 
 import layerjam as lj
 from layerjam.cli.main import MOST_USED, main
-from layerjam.commands.declare import load_command
-from layerjam.commands.index import commands
-from layerjam.system import quote_word
+from layerjam.core.command.declare import load_command
+from layerjam.core.command.index import commands
+from layerjam.core.system import quote_word
 from printed import split_command
 
 
@@ -34,7 +34,7 @@ def test_the_short_list_is_help_and_no_error(
 def test_the_whole_list_and_one_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["help", "all"]) == 0
     out = capsys.readouterr().out
-    assert all(f"  {name} " in out for name in commands())
+    assert [n for n in commands() if f"  {n} " not in out] == ["parts"]  # `catalogue` lists them
     assert out.index("Report and share:") < out.index("  records add")
     assert main(["help", "force"]) == 0
     assert "--slip" in capsys.readouterr().out
@@ -109,3 +109,18 @@ def test_what_a_command_needs_is_in_the_line_to_type(capsys: pytest.CaptureFixtu
             assert words != alone or options <= {*typed}
             checked += 1
     assert checked > 60
+
+
+DEVELOPERS = ["bench faults", "bench soak", "scenario", "schema", "reproduce"]
+
+
+def test_commands_for_developers_are_behind_help_all_under_their_heading(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["help"]) == 0
+    short = capsys.readouterr().out
+    assert not any(f"\n  {name} " in short for name in DEVELOPERS)
+    assert main(["help", "all"]) == 0
+    head, _, rest = capsys.readouterr().out.partition("For developers of the method")
+    assert all(f"  {name} " in rest and f"  {name} " not in head for name in DEVELOPERS)
+    assert {e.name for e in commands().values() if e.group == "develop"} == {*DEVELOPERS}

@@ -7,16 +7,19 @@ import time
 
 import pytest
 
-from layerjam.cli import engine
+from layerjam.brake.mechanics import tracing
+from layerjam.cli import generate, interrupts
 
 from .conftest import Run
+
+pytestmark = pytest.mark.timing
 
 
 def test_a_stop_is_said(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopped() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(engine, "enable_double_precision", stopped)
+    monkeypatch.setattr(generate, "handle_interrupts", stopped)
     for words in (("show", "choi2018-kapton"), ("show", "choi2018-ptfe", "--json")):
         ran = run(*words)
         assert (ran.code, ran.out, ran.err) == (130, "", "layerjam: stopped\n")
@@ -31,7 +34,7 @@ def test_an_interrupt_in_jaxs_garbage_callback_is_not_lost() -> None:
         passed.append("callback")
 
     before = signal.getsignal(signal.SIGINT)
-    signal.signal(signal.SIGINT, engine._raise_interrupt)
+    signal.signal(signal.SIGINT, interrupts._raise_interrupt)
     try:
         with pytest.raises(KeyboardInterrupt):
             _xla_gc_callback()
@@ -49,7 +52,7 @@ def test_an_interrupt_amid_loading_waits_for_its_end() -> None:
     before = signal.getsignal(signal.SIGINT)
     signal.signal(signal.SIGINT, signal.default_int_handler)  # other tests may have left theirs
     try:
-        with pytest.raises(KeyboardInterrupt), engine._delay_interrupts():
+        with pytest.raises(KeyboardInterrupt), tracing._delay_interrupts():
             signal.raise_signal(signal.SIGINT)
             done.append("loaded")
         assert done == ["loaded"]
@@ -62,7 +65,7 @@ def test_a_command_that_computes_listens_so() -> None:
     before = signal.getsignal(signal.SIGINT)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        engine.enable_double_precision()
-        assert signal.getsignal(signal.SIGINT) is engine._raise_interrupt
+        interrupts.handle_interrupts()
+        assert signal.getsignal(signal.SIGINT) is interrupts._raise_interrupt
     finally:
         signal.signal(signal.SIGINT, before)

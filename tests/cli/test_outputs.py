@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 import layerjam as lj
-from layerjam.commands.index import commands
-from layerjam.errors import FileError
-from layerjam.simulate.record import read_header
+from layerjam.brake.simulate.record import read_header
+from layerjam.core.command.index import commands
+from layerjam.core.errors import FileError
 
 from .conftest import Files, Run, contents
 
@@ -20,7 +20,7 @@ Refuses = Callable[..., str]
 Words = tuple[str, ...]
 KAPTON = "choi2018-kapton"
 FORCE = ("force", KAPTON, "--slip", "20mm", "--vacuum", "94.5kPa")
-PULL = ("tensile", KAPTON, "--vacuum", "94.5kPa", "--speed", "13mm/s", "--travel", "40mm")
+PULL = ("tensile", KAPTON, "--vacuum", "94.5kPa", "--speed", "13mm/s", "--elongation", "40mm")
 MAGIC = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}
 DRAWN = ("force", "vacuum", "tensile", "friction", "calibrate", "validate")
 

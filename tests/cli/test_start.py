@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.timing
+
 SCRIPT = """
 import atexit, sys, threading, time
 import layerjam.cli.start as start

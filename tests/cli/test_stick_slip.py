@@ -17,7 +17,7 @@ KEYS = {
 
 
 def test_kapton_judders_at_a_millimetre_a_second(run: Run) -> None:
-    ran = run(*PULL, "--speed", "1mm/s", "--travel", "4mm")
+    ran = run(*PULL, "--speed", "1mm/s", "--elongation", "4mm")
     found = ran.json
     assert (ran.code, ran.err, found["outcome"]) == (0, "", "JUDDERS")
     for key, unit in KEYS.items():
@@ -29,7 +29,7 @@ def test_kapton_judders_at_a_millimetre_a_second(run: Run) -> None:
 def test_files(run: Run, tmp_path: Path) -> None:
     out, figure = tmp_path / "run.csv", tmp_path / "run.svg"
     words = (
-        *PULL, "--speed", "1mm/s", "--travel", "3mm", "--damping", "5 N s/m",
+        *PULL, "--speed", "1mm/s", "--elongation", "3mm", "--damping", "5 N s/m",
         "--mount-stiffness", "200kN/m", "--mass", "30 g", "--slip", "10mm", "--static", "0.3",
         "--out", str(out), "--figure", str(figure),
     )  # fmt: skip

@@ -13,6 +13,8 @@ from layerjam._version import __version__
 
 from .conftest import Files, Run
 
+pytestmark = pytest.mark.timing
+
 KAPTON = "choi2018-kapton"
 COMMANDS = ("new", "show", "force", "vacuum", "tensile", "friction", "calibrate", "validate",
             "reproduce")  # fmt: skip
@@ -88,18 +90,39 @@ def program(*words: str, **environment: str) -> subprocess.CompletedProcess[str]
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
 def test_completion_scripts_print(shell: str) -> None:
     done = program("--show-completion", shell)
-    if done.returncode:  # older spelling: the shell is guessed from the environment
-        done = program(_LAYERJAM_COMPLETE=f"source_{shell}")
     assert done.returncode == 0 and "layerjam" in done.stdout and "COMPLETE" in done.stdout
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_is_installed_once(shell: str, tmp_path: Path) -> None:
+    own = "alias ll='ls -l'"  # without a line end
+    (tmp_path / ".bashrc").write_text(own)
+    for _ in range(2):
+        done = program("--install-completion", HOME=str(tmp_path), SHELL=f"/bin/{shell}")
+        assert done.returncode == 0 and str(tmp_path) in done.stdout
+    files = {p.name: p.read_text() for p in tmp_path.rglob("*") if p.is_file()}
+    assert sum("_LAYERJAM_COMPLETE" in text for text in files.values()) == 1
+    for name, text in files.items():
+        lines = text.splitlines()
+        assert len(set(lines)) == len(lines) or not name.endswith("rc"), "each line once"
+    assert files[".bashrc"].splitlines()[0] == own
+    done = program("--install-completion", "tcsh", HOME=str(tmp_path))
+    assert done.returncode == 2 and "bash, zsh, fish" in done.stderr
+    done = program("--install-completion", "powershell", HOME=str(tmp_path), PATH=str(tmp_path))
+    assert done.returncode == 2 and "does not name its profile" in done.stderr
+    (tmp_path / "file").touch()
+    done = program("--install-completion", shell, HOME=str(tmp_path / "file"))
+    assert done.returncode == 2 and "cannot be written" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
 def test_completion_knows_the_commands() -> None:
-    done = program(_LAYERJAM_COMPLETE="complete_bash", COMP_WORDS="layerjam ten", COMP_CWORD="1")
-    assert done.stdout.split() == ["tensile"]
+    done = program(_LAYERJAM_COMPLETE="bash_complete", COMP_WORDS="layerjam ten", COMP_CWORD="1")
+    assert done.stdout.split() == ["plain,tensile"]
 
 
 def test_as_a_process() -> None:

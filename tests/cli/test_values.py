@@ -42,8 +42,8 @@ def test_force_of_ptfe(run: Run) -> None:
     ],
 )  # fmt: skip
 def test_tensile(run: Run, brake: str, expected: dict[str, str]) -> None:
-    ran = run("tensile", brake, "--vacuum", "94.5 kPa", "--speed", "13 mm/s", "--travel", "40 mm",
-              "--json")  # fmt: skip
+    ran = run("tensile", brake, "--vacuum", "94.5 kPa", "--speed", "13 mm/s",
+              "--elongation", "40 mm", "--json")  # fmt: skip
     assert ran.code == 0 and ran.json["outcome"] == "FINISHED"
     for key, text in expected.items():
         scale = 1e3 if key == "peak_elongation" else 1.0
@@ -52,12 +52,12 @@ def test_tensile(run: Run, brake: str, expected: dict[str, str]) -> None:
 
 
 def test_past_the_overlap_it_separates(run: Run) -> None:
-    ran = run("tensile", "choi2018-kapton", "--vacuum", "94.5kPa", "--speed", "13mm/s", "--travel",
-              "80mm", "--json")  # fmt: skip
+    ran = run("tensile", "choi2018-kapton", "--vacuum", "94.5kPa", "--speed", "13mm/s",
+              "--elongation", "80mm", "--json")  # fmt: skip
     assert ran.code == 0 and ran.json["outcome"] == "SEPARATED"
     assert ran.json["force_at_end"] == pytest.approx(18.6, abs=0.1)  # what the sleeve carries
     shown = run("tensile", "choi2018-kapton", "--vacuum", "94.5kPa", "--speed", "13mm/s",
-                "--travel", "80mm")  # fmt: skip
+                "--elongation", "80mm")  # fmt: skip
     assert shown.code == 0 and "SEPARATED" in shown.out
 
 
@@ -98,7 +98,7 @@ def test_show_of_ptfe(run: Run) -> None:
 
 def test_one_more_sheet(run: Run, tmp_path) -> None:
     """17.5 N per added sheet: 17.543 N of friction an interface."""
-    from layerjam.device.load import load
+    from layerjam.brake.device.load import load
 
     text = load("choi2018-kapton").text.replace("value = 11,", "value = 12,")
     (tmp_path / "twelve.toml").write_text(text)
@@ -107,7 +107,7 @@ def test_one_more_sheet(run: Run, tmp_path) -> None:
     now = run("force", "choi2018-kapton", *words).json["force"]
     assert prints(more - now, "17.543")
     peaks = [
-        run("tensile", brake, "--vacuum", "94.5kPa", "--speed", "1mm/s", "--travel", "5mm",
+        run("tensile", brake, "--vacuum", "94.5kPa", "--speed", "1mm/s", "--elongation", "5mm",
             "--json").json["peak_force"]
         for brake in (tmp_path / "twelve.toml", "choi2018-kapton")
     ]  # fmt: skip

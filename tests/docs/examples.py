@@ -156,6 +156,30 @@ def same(shown: str, printed: str) -> bool:
     return re.fullmatch(pattern, printed.strip("\n") + "\n") is not None
 
 
+def renewed(shown: str, printed: str) -> str:
+    """Shown output with its lines as they are printed now, found by their first words.
+
+    Read the page afterwards: a sentence that goes on over several lines may lose one. Lines that
+    are new between two shown ones become `...`.
+    """
+
+    def words(line: str) -> list[str]:
+        return re.sub(r"[-\d.,%]+", "", line).split()[:3]
+
+    lines, place, out = printed.strip("\n").split("\n"), 0, []
+    for line in shown.strip("\n").split("\n"):
+        label, starts = words(line), [words(other) for other in lines[place:]]
+        if line.strip() == "...":
+            out.append("...")
+        elif label in starts:
+            found = place + starts.index(label)
+            out += (
+                ["...", lines[found]] if found > place and out[-1:] != ["..."] else [lines[found]]
+            )
+            place = found + 1
+    return "\n".join(out)
+
+
 def console(text: str) -> Iterator[tuple[str, str]]:
     """(command, shown output) of a console block; a line that ends in \\ goes on."""
     current, shown = "", []
@@ -173,11 +197,11 @@ def console(text: str) -> Iterator[tuple[str, str]]:
 
 def write_file(block: Block) -> None:
     """A titled block as a file, read back as what it claims to be."""
-    from layerjam.design.specification import load_spec
-    from layerjam.device.load import load
-    from layerjam.fluid.file import load_line
-    from layerjam.measure.readers.read import read_trace
-    from layerjam.measure.sidecar import read_facts
+    from layerjam.brake.device.load import load
+    from layerjam.brake.fluid.line_file import load_line
+    from layerjam.laboratory.measure.readers.read import read_trace
+    from layerjam.laboratory.measure.sidecar import read_facts
+    from layerjam.workshop.design.specification import load_spec
 
     path = Path(block.title)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -196,8 +220,8 @@ def write_file(block: Block) -> None:
 
 def compiled(block: Block) -> str | None:
     """What a C program prints that is compiled with the kernel beside it; None without compiler."""
-    from layerjam.errors import CompilerError
-    from layerjam.kernel.compiler import FLAGS, find_compiler
+    from layerjam.brake.kernel.compiler import FLAGS, find_compiler
+    from layerjam.core.errors import CompilerError
 
     source = Path(block.title)
     source.write_text(block.text, encoding="utf-8")
@@ -258,7 +282,7 @@ class Page:
             json.loads(block.text)
         elif block.kind == "xml":
             ElementTree.fromstring(block.text)
-        elif block.kind != "diff":  # one is applied by tests/commands/test_one_more_command.py
+        elif block.kind != "diff":  # one is applied by tests/core/command/test_one_more_command.py
             if block.kind == "toml":
                 tomllib.loads(block.text)
             elif not block.title:
@@ -294,6 +318,11 @@ class Page:
             start = block.start + place
             self.edits.append((start, start + len(shown), new))
             return place + len(shown)
+        new = renewed(shown, printed)
+        if self.update and same(new, printed):
+            start = self.text.index(shown, block.start + place)
+            self.edits.append((start, start + len(shown), new))
+            return place + len(shown)
         raise Mismatch(f"shown:\n{shown}\nprinted:\n{printed}")
 
 
@@ -313,7 +342,7 @@ def main() -> None:
 
     import jax
 
-    from layerjam.mechanics.compilation import announce_compilation
+    from layerjam.brake.mechanics.compilation import announce_compilation
 
     os.environ["COLUMNS"] = "80"
     jax.config.update("jax_enable_x64", True)

@@ -22,8 +22,8 @@ def practice(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 LONG = (
-    "README.md", "bayes.md", "first-calibration.md", "first-drop.md", "gallery.md", "impact.md",
-    "models.md", "publish.md", "stack.md", "vacuum.md",
+    "README.md", "bayes.md", "first-calibration.md", "gallery.md", "impact.md",
+    "models.md", "records.md", "stick-slip.md", "vacuum.md",
 )  # fmt: skip
 """Pages that compile or sample for a quarter of a minute and more."""
 PAGES = [

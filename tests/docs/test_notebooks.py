@@ -98,5 +98,8 @@ def test_a_changed_number_or_picture_is_found(tmp_path: Path) -> None:
 
 
 def test_a_link_to_another_notebook_leads_to_its_page(tmp_path: Path) -> None:
-    text, _ = notebooks.page(written("See [this](other.ipynb) and [that](../models.md)."), "name")
+    notebook = written("See [this](other.ipynb) and [that](../models.md).")
+    text, _ = notebooks.page(notebook, "name", {"other"})
     assert "[this](other.md) and [that](../models.md)" in text
+    text, _ = notebooks.page(notebook, "name", {"name"})
+    assert "[this](other.ipynb)" in text

@@ -14,18 +14,21 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+import click
 import numpy as np
 import pytest
 
 import json_schema
 from docs import examples
 from docs.examples import script
+from docs.test_redirects import PUBLISHED
 from layerjam import __version__
+from layerjam.brake.device.load import load as load_brake
 from layerjam.cli.main import app, main
-from layerjam.commands.declare import load_command
-from layerjam.commands.index import commands
-from layerjam.commands.schema import schema
-from layerjam.device.load import load as load_brake
+from layerjam.core.command.declare import load_command
+from layerjam.core.command.index import commands
+from layerjam.core.command.schema import schema
+from layerjam.interop.html import make_html
 
 ROOT = examples.ROOT
 MEASURED = Path("out/demo/measurements")
@@ -36,7 +39,7 @@ INSTEAD = {
     "export fmu": "layerjam export fmu choi2018-kapton --out kapton.fmu --sources-only",
     "demo": "layerjam demo --out shown",
     "publish": "layerjam publish campaign --brake choi2018-kapton --out campaign-dataset",
-    "recompute": f"layerjam recompute {ROOT}/tests/dataset/published-0.1.0.zip",
+    "recompute": f"layerjam recompute {ROOT}/tests/laboratory/dataset/published-0.1.0.zip",
 }
 """What is run in place of a command's first example, for it takes less time or no C compiler."""
 LONG = (
@@ -120,16 +123,47 @@ def test_generated_tables_are_what_the_code_says(generate: ModuleType) -> None:
     assert {p.name for p in pages} == {
         "nomenclature.md",
         "file-format.md",
+        "models.md",
         "commands.md",
         "reference.md",
         "scpi.md",
-        "wiring.md",
-        "electronics.md",
+        "hardware.md",
+        "CONTRIBUTING.md",
+        "README.md",
+        "AGENTS.md",
+        "llms.txt",
     }
     for page in pages:
         text = page.read_text(encoding="utf-8")
         assert text.count("<!-- generated: ") == text.count("<!-- end -->")
         assert generate.generated(text) == text, f"run docs/generate.py: {page.name} differs"
+
+
+def test_texts_for_assistants_are_short_and_name_the_schema(generate: ModuleType) -> None:
+    for path in (ROOT / "AGENTS.md", ROOT / "docs" / "llms.txt"):
+        text = path.read_text(encoding="utf-8")
+        assert len(text.splitlines()) < 200 and "layerjam schema" in text
+        for link in re.findall(r"\]\(([^):#]+)", text):
+            assert (path.parent / link).exists(), link
+    assert all(f"`{name}`" in (ROOT / "AGENTS.md").read_text("utf-8") for name in commands())
+
+
+DECISIONS = sorted((ROOT / "docs" / "decisions").glob("2*.md"))
+
+
+@pytest.mark.parametrize("path", DECISIONS, ids=lambda p: p.stem)
+def test_decision_has_a_status_its_form_and_links_that_lead_somewhere(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert re.match(r"# \w.+\n\nStatus: (holds|superseded|proposed)\b", text)
+    heads = re.findall(r"^## (.+)", text, re.M)
+    assert {heads[0], "Decision", heads[-1]} == {"Context", "Decision", "Consequences"}
+    for link in re.findall(r"\]\(([^)#]+)", text):
+        assert (path.parent / link).exists(), link
+    if "windows" not in path.name:  # that one lists files by their names of that day
+        for name in re.findall(r"`([a-z_]+/[\w/-]+\.(?:py|toml))`", text):
+            assert any(
+                (base / name).exists() for base in (ROOT, ROOT / "src", ROOT / "src/layerjam")
+            ), name
 
 
 def test_the_stub_is_what_the_commands_declare(generate: ModuleType) -> None:
@@ -143,11 +177,8 @@ def test_every_table_the_generator_makes_is_used(generate: ModuleType) -> None:
 
 
 def test_every_command_has_its_row() -> None:
-    import typer
-
     assert set(_rows()) == set(commands())
-    group = typer.main.get_command(app)
-    there = set(group.list_commands(typer.Context(group)))
+    there = set(app.list_commands(click.Context(app)))
     assert there == {name.split()[0] for name in commands()}, (
         "give the command its section in docs/commands.md"
     )
@@ -159,7 +190,10 @@ def _rows() -> dict[str, set[str]]:
     found = {}
     for name in re.findall(r"<!-- generated: options_(\w+) -->", text):
         part = text.split(f"<!-- generated: options_{name} -->")[1].split("<!-- end -->")[0]
-        keys = re.findall(r"^\| `([^`]+)`", part.split("| JSON key |")[1], re.MULTILINE)
+        listed = part.split("<summary>")[1]
+        keys = re.findall(r"^- `([^`]+)`", listed, re.MULTILINE)
+        shared = re.search(r"^\[Shared keys\].*", listed, re.MULTILINE)
+        keys += re.findall(r"`([^`]+)`", shared.group(0)) if shared else []
         found[load_command(name).name] = set(keys)
     return found
 
@@ -185,7 +219,8 @@ def test_json_has_the_keys_of_the_table(
 
 def test_the_quarter_of_an_hour_in_the_readme_uses_one_brake() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    typed = " ".join(b.text for b in examples.blocks(text) if b.kind == "console")
+    walk = text[text.index("## Use it on the command line") :]
+    typed = " ".join(b.text for b in examples.blocks(walk) if b.kind == "console")
     states = {"my-brake.toml", "my-brake-tested.toml", "my-brake-calibrated.toml"}
     assert {*re.findall(r"[\w-]+\.toml", typed)} == states
     # friction, bench run and publish name it, and the catalogue's brake is only copied
@@ -196,7 +231,7 @@ def test_the_quarter_of_an_hour_in_the_readme_uses_one_brake() -> None:
 
 def test_functions_named_on_the_nomenclature_page_exist() -> None:
     import layerjam
-    from layerjam.mechanics import friction
+    from layerjam.brake.mechanics import friction
 
     text = (ROOT / "docs" / "nomenclature.md").read_text(encoding="utf-8")
     part = text.split("## What is computed")[1].split("## Columns")[0]
@@ -217,7 +252,7 @@ def test_citation_has_the_version_and_the_paper() -> None:
     assert f"## {__version__}" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", ["kapton", "engines", "regulators"])
+@pytest.mark.parametrize("name", ["kapton", "engines", "regulators", "overview"])
 def test_picture_is_what_the_script_draws(name: str, tmp_path: Path) -> None:
     """The other pictures take longer; what they draw is drawn in the report's test."""
     committed = ROOT / "docs" / "images" / f"{name}.svg"
@@ -277,10 +312,47 @@ def test_search_works_where_the_site_is_opened_from_a_folder(site: Path) -> None
     assert (
         (site / "search" / "search_index.js").read_text(encoding="utf-8").startswith("var __index")
     )
-    for page in ("index.html", "notebooks/first-drop.html"):
+    for page in ("index.html", "notebooks/labelled.html"):
         text = (site / page).read_text(encoding="utf-8")
         shim = re.search(r'<script src="([^"]*iframe-worker[^"]*)"', text)
         assert shim is not None and (site / page).parent.joinpath(shim.group(1)).exists(), page
+
+
+@pytest.mark.slow
+def test_the_first_page_opens_the_papers_brake_in_a_frame(site: Path) -> None:
+    """The frame has no source until a reader opens it."""
+    page = (site / "try-it.html").read_text(encoding="utf-8")
+    assert page == make_html(load_brake("choi2018-kapton")) and len(page) < 150_000
+    text = (site / "index.html").read_text(encoding="utf-8")
+    frame = re.search(r'<details[^>]*ontoggle="([^"]*)".*?<iframe([^>]*)>', text, re.DOTALL)
+    assert frame is not None and "src" not in frame[2] and "'try-it.html'" in frame[1]
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert "export html choi2018-kapton" in readme
+
+
+def test_the_first_screen_says_the_same_in_readme_and_docs() -> None:
+    """One sentence, the moving picture, two lines to install, one command, three doors, limits."""
+    readme, index = ((ROOT / p).read_text("utf-8") for p in ("README.md", "docs/index.md"))
+    here = index[: index.index("**No hardware")]
+    there = readme[: readme.index("**No hardware")]
+    assert there.replace("docs/images/", "images/").replace("](docs/", "](") == here
+    parts = ("`layerjam` is", "stop.svg)", "make demo", "$ layerjam tune", "safe vacuum",
+             "Friction scatters", "- **Calculate",
+             "- **Test", "- **Build")  # fmt: skip
+    places = [here.index(part) for part in parts]
+    assert places == sorted(places) and len(readme.split()) <= 1300
+
+
+@pytest.mark.slow
+def test_site_has_every_published_address(site: Path) -> None:
+    for name in PUBLISHED:
+        page = name.partition("#")[0].replace(".md", ".html")
+        text = (site / page).read_text(encoding="utf-8")
+        target = re.search(r'http-equiv="refresh" content="0; url=([^"#]+)(?:#([^"]+))?"', text)
+        if target is not None:
+            there = ((site / page).parent / target[1]).read_text(encoding="utf-8")
+            section = name.partition("#")[2] or target[2]
+            assert not section or re.search(f'id="?{re.escape(section)}["> ]', there), name
 
 
 @pytest.mark.slow

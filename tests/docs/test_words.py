@@ -1,4 +1,4 @@
-"""The words of docs/style.md that must not come back."""
+"""The words of docs/contribute.md#style that must not come back."""
 
 from __future__ import annotations
 

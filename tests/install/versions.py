@@ -19,7 +19,7 @@ from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parents[2]
 RESOLUTION = {"lowest": "lowest-direct", "newest": "highest"}
-CORE = ("toml_files", "device", "mechanics", "simulate")
+CORE = ("core/toml_files", "brake/device", "brake/mechanics", "brake/simulate")
 """Folders of the tests that run."""
 RUNNERS = ("hypothesis", "pytest", "pytest-xdist")
 

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from layerjam.brake.device.load import load
+from layerjam.brake.kernel.compiler import SOURCES, find_compiler
+from layerjam.brake.kernel.kernel import Kernel
+from layerjam.brake.mechanics.pull import force_at_elongation
 from layerjam.cli.main import main
-from layerjam.commands.export import export_c
-from layerjam.device.load import load
-from layerjam.errors import FileError, QuantityError
+from layerjam.core.errors import FileError, QuantityError
+from layerjam.interop.commands.export import export_c
 from layerjam.interop.source import NAMES
-from layerjam.kernel.compiler import SOURCES, find_compiler
-from layerjam.kernel.kernel import Kernel
-from layerjam.mechanics.pull import force_at_elongation
 
 WARNINGS = ("all", "extra", "conversion", "shadow", "error")
 STRICT = ["-std=c99", "-ffreestanding", "-pedantic", *(f"-W{name}" for name in WARNINGS)]

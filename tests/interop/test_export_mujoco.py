@@ -12,10 +12,10 @@ from importlib.metadata import entry_points
 
 import pytest
 
+from layerjam.brake.kernel import compiler
 from layerjam.cli.main import main
-from layerjam.commands.export import export_mujoco
-from layerjam.errors import CompilerError, FileError, MissingExtraError, UnknownNameError
-from layerjam.kernel import compiler
+from layerjam.core.errors import CompilerError, FileError, MissingExtraError, UnknownNameError
+from layerjam.interop.commands.export import export_mujoco
 
 THERE = importlib.util.find_spec("mujoco") is not None
 MUJOCO = pytest.mark.skipif(not THERE, reason="make interop installs MuJoCo")
@@ -60,7 +60,7 @@ def test_bad_inputs_leave_nothing(tmp_path, monkeypatch):
     with pytest.raises(UnknownNameError, match="coupling"):
         export_mujoco("choi2018-kapton", out=out, coupling="loose", no_build=True)
     if not THERE:
-        with pytest.raises(MissingExtraError, match=r"layerjam\[mujoco\]"):
+        with pytest.raises(MissingExtraError, match=r"\[mujoco\]"):
             export_mujoco("choi2018-kapton", out=out)
     else:
         monkeypatch.setattr(compiler, "KNOWN", ())

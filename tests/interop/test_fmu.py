@@ -15,16 +15,16 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from brake.kernel.histories import history
 from interop.importer import SIZE, Refused, U, Unit
-from kernel.histories import history
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.kernel.kernel import Kernel
 from layerjam.cli.main import main
-from layerjam.commands.export import export_fmu
-from layerjam.device.brake import Brake
-from layerjam.errors import FileError, QuantityError
+from layerjam.core.errors import FileError, QuantityError
+from layerjam.core.units import quantities
 from layerjam.interop import fmi
+from layerjam.interop.commands.export import export_fmu
 from layerjam.interop.fmi_variables import FILE, format_header, list_variables, make_token
-from layerjam.kernel.kernel import Kernel
-from layerjam.units import quantities
 from strategies import KAPTON, PTFE, one, random_brakes
 
 CC = pytest.mark.skipif(

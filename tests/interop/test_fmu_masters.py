@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from layerjam.commands.export import export_fmu
-from layerjam.device.load import catalogue
+from layerjam.brake.device.load import catalogue
+from layerjam.interop.commands.export import export_fmu
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed: `make interop` has it")
 validation = pytest.importorskip("fmpy.validation")

@@ -7,13 +7,13 @@ import shutil
 import numpy as np
 import pytest
 
+from brake.kernel.histories import history
 from interop.importer import Refused, Unit
-from kernel.histories import history
-from layerjam.errors import QuantityError
+from layerjam.brake.kernel import kernel as kernels
+from layerjam.brake.kernel.compiler import FLAGS, SOURCES, run_compiler
+from layerjam.brake.kernel.kernel import Kernel
+from layerjam.core.errors import QuantityError
 from layerjam.interop import fmi
-from layerjam.kernel import kernel as kernels
-from layerjam.kernel.compiler import FLAGS, SOURCES, run_compiler
-from layerjam.kernel.kernel import Kernel
 from strategies import KAPTON
 
 pytestmark = pytest.mark.skipif(

@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from layerjam.device.load import load
-from layerjam.errors import QuantityError
+from layerjam.brake.device.load import load
+from layerjam.brake.kernel.kernel import SEPARATED, Kernel
+from layerjam.core.errors import QuantityError
 from layerjam.interop.increment import Increment, make_motion, move_state
-from layerjam.kernel.kernel import SEPARATED, Kernel
 
 CC = pytest.mark.skipif(
     shutil.which("cc") is None and shutil.which("gcc") is None, reason="no C compiler here"

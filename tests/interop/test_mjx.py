@@ -13,7 +13,7 @@ import mujoco as mj
 from mujoco import mjx
 
 from interop.scenes import EXACT_SLIP, ROPE, STIFFNESS, VACUUM, arm, falling
-from layerjam.errors import QuantityError
+from layerjam.core.errors import QuantityError
 from layerjam.interop import mjx as brakes
 from layerjam.interop import mujoco as helpers
 

@@ -9,7 +9,7 @@ pytest.importorskip("mujoco", reason="make interop installs MuJoCo")
 import mujoco as mj
 
 from interop.scenes import EXACT_PEAK, EXACT_SLIP, ROPE, STIFFNESS, VACUUM, arm, falling
-from layerjam.errors import CompilerError, QuantityError, UnknownNameError
+from layerjam.core.errors import CompilerError, QuantityError, UnknownNameError
 from layerjam.interop import mujoco as brakes
 
 KAPTON = "choi2018-kapton"

@@ -15,10 +15,10 @@ import mujoco as mj
 from mujoco import rollout
 
 from interop.scenes import EXACT_SLIP, ROPE, STIFFNESS, VACUUM, arm, falling
-from layerjam.device.load import load
-from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.brake.device.load import load
+from layerjam.brake.kernel.kernel import Kernel, state_bytes
+from layerjam.core.errors import QuantityError, UnknownNameError
 from layerjam.interop import mujoco as brakes
-from layerjam.kernel.kernel import Kernel, state_bytes
 
 KAPTON = "choi2018-kapton"
 SLIP, FORCE, HEAT, VACUUM_AT = 3, 2, 5, 1

@@ -9,12 +9,12 @@ import sys
 import numpy as np
 import pytest
 
+from layerjam.brake.device.load import load
+from layerjam.brake.kernel.kernel import OVERFLOW, REFUSED, Kernel
 from layerjam.cli.main import main
-from layerjam.device.load import load
-from layerjam.errors import QuantityError
+from layerjam.core.errors import QuantityError
 from layerjam.interop import mjcf
 from layerjam.interop.fmi import brake_values
-from layerjam.kernel.kernel import OVERFLOW, REFUSED, Kernel
 from strategies import KAPTON, change
 
 CC = pytest.mark.skipif(

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from interop.importer import Unit
-from layerjam.commands.export import export_fmu
+from layerjam.brake.kernel.compiler import SOURCES
 from layerjam.interop import fmi
-from layerjam.kernel.compiler import SOURCES
+from layerjam.interop.commands.export import export_fmu
 
 HERE = Path(__file__).parent
 PATH = (1e-3, 20e-3, 19e-3, 5e-3, 39e-3)

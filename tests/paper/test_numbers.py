@@ -12,17 +12,21 @@ from typing import Any
 
 import pytest
 
-from campaigns.bench import FULL, curve
-from layerjam.device.brake import mass, sheet_mass
-from layerjam.device.load import load
-from layerjam.identify.calibration.peaks import fit_pull
-from layerjam.identify.pull.features import pull_features
-from layerjam.identify.validation.metrics import compare_pull
-from layerjam.mechanics.energy import energy_capacity, slip_work
-from layerjam.mechanics.friction import holding_force, sheet_friction
-from layerjam.mechanics.limits import buckling_force
-from layerjam.mechanics.pull import brake_force, force_at_elongation, peak
-from layerjam.mechanics.stiffness import mount_stiffness, stiffness_before_slip, stiffness_sliding
+from laboratory.campaigns.bench import FULL, curve
+from layerjam.brake.device.brake import mass, sheet_mass
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.energy import energy_capacity, slip_work
+from layerjam.brake.mechanics.friction import holding_force, sheet_friction
+from layerjam.brake.mechanics.limits import buckling_force
+from layerjam.brake.mechanics.pull import brake_force, force_at_elongation, peak
+from layerjam.brake.mechanics.stiffness import (
+    mount_stiffness,
+    stiffness_before_slip,
+    stiffness_sliding,
+)
+from layerjam.laboratory.identify.calibration.peaks import fit_pull
+from layerjam.laboratory.identify.pull.features import pull_features
+from layerjam.laboratory.identify.validation.metrics import compare_pull
 from layerjam.studies.choi2018.lab import CONTACT_AREA, NORMAL_FORCE
 from strategies import KAPTON, PTFE, change
 
@@ -162,8 +166,8 @@ def test_eq_10_is_the_integral_of_the_force() -> None:
 
 
 def test_iii_b_dry_force_does_not_depend_on_speed() -> None:
-    from layerjam.simulate.procedure import simple_pull
-    from layerjam.simulate.tensile import tensile
+    from layerjam.brake.simulate.procedure import simple_pull
+    from layerjam.brake.simulate.tensile import tensile
 
     file = load("choi2018-kapton")
     slow, fast = (tensile(file, simple_pull(FULL, v, 0.04)).force.max() for v in (1e-3, 25e-3))

@@ -24,8 +24,8 @@ from typing import Any
 
 import pytest
 
-from layerjam import system
-from layerjam.rig import child
+from layerjam.bench.rig import child
+from layerjam.core import system
 
 POSIX = ("geteuid", "getuid", "getgid", "set_blocking", "sched_getaffinity", "fork", "openpty")
 SIGNALS = ("SIGKILL", "SIGALRM", "SIGHUP")

@@ -16,31 +16,32 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from packaging.requirements import Requirement
 
-from layerjam import system
-from layerjam.campaigns import campaign_files
+from layerjam.bench.rig.address import address_of
+from layerjam.bench.rig.run_file import RunFile
+from layerjam.bench.rig.virtual_plant import read_hardware
+from layerjam.brake.device.load import load
+from layerjam.brake.fluid.line_file import load_line
+from layerjam.brake.kernel import compiler
 from layerjam.cli.main import main
-from layerjam.commands.lab import lab_example
-from layerjam.design import cluster
-from layerjam.design.blocks import Store
-from layerjam.design.search import Search
-from layerjam.design.specification import read_spec
-from layerjam.device.load import load, store_file
-from layerjam.errors import CompilerError, FileError
-from layerjam.fabricate.folder import LIST
-from layerjam.fabricate.folder import write_folder as write_build
-from layerjam.fluid.file import load_line
-from layerjam.identify.provenance import rename_files
-from layerjam.kernel import compiler
-from layerjam.measure.runs import open_run
-from layerjam.report.folder import check_folder
-from layerjam.rig.address import address_of
-from layerjam.rig.plant import read_hardware
-from layerjam.rig.run_file import RunFile
-from layerjam.system import format_command_line, lock_file
-from layerjam.toml_files.writer import update_text
+from layerjam.core import system
+from layerjam.core.drawing.folder import check_folder
+from layerjam.core.errors import CompilerError, FileError
+from layerjam.core.store import store_file
+from layerjam.core.system import format_command_line, lock_file
+from layerjam.core.toml_files.writer import update_text
+from layerjam.laboratory.campaigns import campaign_files
+from layerjam.laboratory.commands.lab import lab_example
+from layerjam.laboratory.identify.provenance import rename_files
+from layerjam.laboratory.measure.runs import open_run
 from layerjam.workbench import server
 from layerjam.workbench.dropping import merge_sidecars
 from layerjam.workbench.said import sidecar_text
+from layerjam.workshop.design import cluster
+from layerjam.workshop.design.blocks import Store
+from layerjam.workshop.design.search import Search
+from layerjam.workshop.design.specification import read_spec
+from layerjam.workshop.fabricate.folder import LIST
+from layerjam.workshop.fabricate.folder import write_folder as write_build
 from printed import split_as_microsoft_c
 from windows.rules import impose
 
@@ -125,8 +126,8 @@ def test_commands_of_practice_files_and_of_a_missing_option(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """No printed command has a single quote on Windows."""
-    from layerjam.campaigns.campaign import campaign
-    from layerjam.campaigns.text import example_spec as built_in
+    from layerjam.laboratory.campaigns.campaign import campaign
+    from layerjam.laboratory.campaigns.text import example_spec as built_in
 
     for line in campaign_files.suggest_commands(campaign(built_in()), here / "my lab"):
         assert "'" not in line and '"' in line, line
@@ -161,8 +162,8 @@ def test_an_example_written_by_the_shell_is_read(encoding: str, tmp_path: Path) 
     text = lab_example()
     made = tmp_path / "c.toml"
     made.write_bytes(text.replace("\n", "\r\n").encode(encoding))
-    from layerjam.campaigns.campaign import campaign
-    from layerjam.campaigns.text import example_spec as built_in
+    from layerjam.laboratory.campaigns.campaign import campaign
+    from layerjam.laboratory.campaigns.text import example_spec as built_in
 
     assert campaign(made).spec == campaign(built_in()).spec
 

@@ -10,18 +10,19 @@ from pathlib import Path
 
 import pytest
 
-from layerjam import system
+from layerjam.bench.rig import child, crosshead
+from layerjam.bench.rig.address import address_of
+from layerjam.bench.rig.board import connect
+from layerjam.bench.rig.line import LineError, _describe_error
+from layerjam.brake.device.load import load
+from layerjam.brake.kernel import compiler
 from layerjam.cli import main as command_line
 from layerjam.cli.main import main
-from layerjam.device.load import load, store_file
-from layerjam.errors import FileError, QuantityError
-from layerjam.kernel import compiler
-from layerjam.measure.readers.read import read_trace
-from layerjam.records.database import database_url
-from layerjam.rig import child, crosshead
-from layerjam.rig.address import address_of
-from layerjam.rig.board import connect
-from layerjam.rig.line import LineError, _describe_error
+from layerjam.core import system
+from layerjam.core.errors import FileError, QuantityError
+from layerjam.core.store import store_file
+from layerjam.laboratory.measure.readers.read import read_trace
+from layerjam.laboratory.records.database import database_url
 from windows.rules import Console, impose
 
 BRAKE = "choi2018-kapton"

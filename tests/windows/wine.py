@@ -30,10 +30,13 @@ DIGESTS = {
     PYTHON: "6e57af03c2cb64dd5191f76274b97fc630b3001bde59f82cf1e252e7e02d6754",
     LIBRARY: "5f0ad2e8f7ad3b40eef8af75062d830afd3feccca62fc03db611b2e9a5fa9824",
 }
-TESTS = ("units", "toml_files", "device", "fluid", "measure", "records", "dataset", "control",
-         "fabricate", "interop", "campaigns", "design", "mechanics", "identify", "simulate",
-         "report", "cli", "commands", "workbench", "paper", "electronics", "rig",
-         "kernel")  # fmt: skip
+TESTS = (
+    "core", "brake/device", "brake/fluid", "brake/mechanics", "brake/kernel", "brake/simulate",
+    "brake/commands", "brake/figures", "laboratory/measure", "laboratory/identify",
+    "laboratory/campaigns", "laboratory/dataset", "laboratory/records", "laboratory/commands",
+    "laboratory/figures", "bench/control", "bench/electronics", "bench/commands", "bench/rig",
+    "workshop", "interop", "studies", "cli", "workbench", "paper",
+)  # fmt: skip
 """Folders of the tests that run, unless others are named."""
 PART = "--part"
 RUN = """

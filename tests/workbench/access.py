@@ -69,12 +69,12 @@ def at(ident):
     return f'[data-testid="{ident}"]'
 
 
-def opened(page, place, tab, settings=None):
+def opened(page, place, tab, settings=None, **state):
     """A page, once it stands still, in a tab that has no files of the test before."""
     if page.url.startswith("http"):
         page.evaluate("sessionStorage.clear()")
-    state = State(page=tab, settings={tab: settings} if settings else {})
-    page.goto(f"{place}?s={format_link(state)}")
+    shown = State(page=tab, settings={tab: settings} if settings else {}, **state)
+    page.goto(f"{place}?s={format_link(shown)}")
     page.wait_for_selector(f"{PANEL} h1", timeout=LONG)
     page.evaluate(QUIET)
 

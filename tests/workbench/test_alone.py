@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.errors import FileError, LayerjamError
+from layerjam.core.errors import FileError, LayerjamError
 from layerjam.workbench.alone import run_in_subprocess
 
 pytestmark = pytest.mark.slow

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from layerjam.device.file import BrakeFile
-from layerjam.device.load import load
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.load import load
 from layerjam.workbench.answer import Answer, file_bytes
 from layerjam.workbench.bench_session import BenchRecord, BenchState
 from layerjam.workbench.call import Call, DataFile, Subject, disambiguate, python_code
 
 KAPTON = "choi2018-kapton"
-SAID = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "20 mm"}
+SAID = {"vacuum": "60 kPa", "speed": "1 mm/s", "elongation": "20 mm"}
 
 
 def two_of_one_name():

@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from layerjam.errors import LayerjamError, QuantityError
-from layerjam.fluid.file import load_line
+from layerjam.brake.fluid.line_file import load_line
+from layerjam.core.errors import LayerjamError, QuantityError
 from layerjam.workbench.bench_session import (
     LEASE,
     PRESENT,
@@ -17,6 +17,8 @@ from layerjam.workbench.bench_session import (
     hold_target,
     inject_fault,
 )
+
+pytestmark = pytest.mark.timing
 
 ADDRESS, TARGET = "sim:choi2018?speed=20", 40e3
 
@@ -101,7 +103,7 @@ def test_presence_ends_soon_after_the_last_sign():
 @pytest.mark.slow
 def test_a_closed_page_lets_go_within_the_lease(chromium, workbench):
     """Watched by another client of the same gateway, who must not keep it closed by asking."""
-    from rig.gateways import Client, gateway
+    from bench.rig.gateways import Client, gateway
 
     def at(ident):
         return f'[data-testid="{ident}"]'

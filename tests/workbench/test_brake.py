@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 from nicegui import ui
 from nicegui.testing import user_simulation
 
-from layerjam.commands.edit import BRAKE_FIELDS as FIELDS
-from layerjam.commands.predict import show
-from layerjam.device.load import load
-from layerjam.units import get
+from layerjam.brake.commands.edit import BRAKE_FIELDS as FIELDS
+from layerjam.brake.device.load import load
+from layerjam.core.units import get
 from layerjam.workbench import live
 from layerjam.workbench.controls import add_unit
 from layerjam.workbench.desk import Desk
@@ -29,6 +28,7 @@ from layerjam.workbench.scene import (
     find_magnification,
 )
 from layerjam.workbench.state import format_link, parse_link
+from layerjam.workshop.commands.show import show
 from strategies import one, random_brakes, seeds
 from workbench.standing import standing
 

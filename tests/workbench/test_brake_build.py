@@ -14,15 +14,16 @@ import zipfile
 import numpy as np
 import pytest
 
-from layerjam.commands.build import build, judge_build
-from layerjam.device.load import load
-from layerjam.report.build_scene import CORE, LEFT, PLATE, PRINTED, RIGHT, SILICONE
+from layerjam.brake.device.load import load
+from layerjam.core.installation import install_command
 from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.brake import Brake
 from layerjam.workbench.pages.brake_build import checks_table
 from layerjam.workbench.pages.brake_parts import UNIT
 from layerjam.workbench.state import State
+from layerjam.workshop.commands.build import build, judge_build
+from layerjam.workshop.figures.build_scene import CORE, LEFT, PLATE, PRINTED, RIGHT, SILICONE
 from printed import split_command
 from workbench.standing import standing
 
@@ -186,11 +187,11 @@ def test_without_the_extra_a_sentence_says_so(monkeypatch):
     monkeypatch.setitem(sys.modules, "manifold3d", None)
     found = shown(page_of())
     assert found.answer.result is None
-    assert 'pip install "layerjam[build]"' in found.answer.refusal
+    assert install_command("build") in found.answer.refusal
 
 
 def test_the_brakes_page_loads_nothing_that_draws_or_builds():
-    names = "('numba', 'manifold3d', 'ezdxf', 'layerjam.fabricate.drawing')"
+    names = "('manifold3d', 'ezdxf', 'layerjam.workshop.fabricate.drawing')"
     code = "import sys, layerjam.workbench.pages.brake; "
     code += f"print([n for n in {names} if n in sys.modules])"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from layerjam.report.chart import Curve, Pane
+from layerjam.core.drawing.chart import Curve, Pane
 from layerjam.workbench.charts import FONT, chart_options
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.session import format_session
@@ -25,6 +25,7 @@ from workbench.access import (
     unfolded,
     wrong,
 )
+from workbench.evidenced import add_tests
 
 pytestmark = pytest.mark.slow
 NAMES = [tab.name for tab in TABS]
@@ -101,6 +102,21 @@ def test_nothing_stands_against_a_page_in_any_state(page, axe, name):
         look(f"filled {settings or ''}")
     wrong(page)
     look("errors")
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize("name", ["brake", "drop", "vacuum"])
+def test_nothing_stands_against_intervals_and_what_they_rest_on(page, axe, name):
+    """A brake within and outside its tested range, and one from a handbook."""
+    tested, found = add_tests("choi2018-kapton"), []
+    for vacuum, brake in ((60e3, tested), (90e3, tested), (60e3, "choi2018-kapton")):
+        key = "target" if name == "vacuum" else "vacuum"
+        opened(page, page.place, name, {key: vacuum}, brake=brake)
+        assert page.locator(f"{PANEL} .interval").first.inner_text().startswith("95 %: ")
+        word = page.locator(f"{PANEL} .basis").first.inner_text()
+        for _ in range(2):
+            found += axe(page, f"{name}, {word}")
+            turned(page)
     assert not found, "\n".join(found)
 
 

@@ -6,7 +6,7 @@ import zipfile
 
 import pytest
 
-from layerjam.commands.tensile import tensile
+from layerjam.brake.commands.tensile import tensile
 from layerjam.workbench.answer import file_bytes
 from layerjam.workbench.state import State, format_link
 
@@ -31,6 +31,11 @@ def test_a_brake_is_edited_compared_undone_saved_and_opened(tab, tmp_path):
         cell(tab, "brake-save").click()
     kept = tmp_path / "kept.toml"
     download.value.save_as(kept)
+    with tab.expect_download() as download:
+        cell(tab, "brake-html").click()
+    assert download.value.suggested_filename == "choi2018-kapton-edited.html"
+    text = download.value.path().read_text("utf-8")
+    assert "26 mm" in text and "Content-Security-Policy" in text
     cell(tab, "undo").click()
     tab.wait_for_function(
         "document.querySelector('[data-testid=\"brake-sheets.width\"]').value == '13 mm'"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.design.specification import example_texts
+from layerjam.workshop.design.specification import example_texts
 
 pytestmark = pytest.mark.slow
 LONG = 90_000
@@ -103,7 +103,7 @@ def test_errors_stand_in_place_with_their_line(design):
 
 
 def test_a_long_search_is_stopped(design):
-    steps = 'overlap = { from = "40 mm", to = "160 mm", step = "10 um" }\n'
+    steps = 'overlap = { from = "40 mm", to = "160 mm", step = "1 um" }\n'
     search(design, SMALL + steps)
     design.click(at("stop"), timeout=LONG)
     says(design, "spec-problem", "Stopped")

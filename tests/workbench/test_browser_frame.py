@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from layerjam.units import show
+from layerjam.core.units import show
 from layerjam.workbench.widgets import round_value
 from printed import split_command
 from workbench.access import CONTRAST

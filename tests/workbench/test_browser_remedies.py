@@ -2,7 +2,7 @@
 
 import pytest
 
-from layerjam.units import parse
+from layerjam.core.units import parse
 from workbench.access import LONG, at, opened
 
 pytestmark = pytest.mark.slow

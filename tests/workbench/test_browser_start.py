@@ -37,7 +37,7 @@ def seen(page) -> tuple[float, float, float, float]:
 
 @pytest.fixture
 def start(tab):
-    says(tab, "start-words", "The brake can hold")
+    says(tab, "start-words", "The brake resists a pull")
     tab.wait_for_selector(f"{at('start-chart')} canvas", timeout=LONG)
     return tab
 

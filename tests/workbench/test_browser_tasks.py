@@ -128,7 +128,8 @@ def test_a_brake_for_a_force_a_travel_and_a_mass(person):
     person.type("design-hold_mass-number", "25 g")
     person.click("design-first")
     words = person.reads("design-sentence", "at the end of its travel")
-    assert words.startswith("Holds 15") and "when pulled, it resists" in words
+    # at least 150 N with 95 % of the values that handbooks leave open, so more on average
+    assert int(words.split()[1]) >= 150 and "when pulled, it resists" in words
     mass = float(person.reads("design-drawn_mass", "g").split()[0])
     assert mass < 25
     assert (person.clicks, person.fields) == (2, 3)
@@ -138,7 +139,7 @@ def test_two_brakes_side_by_side_and_the_folder_for_the_workshop(person, tmp_pat
     person.click("tab-brake")
     person.reads("brake-sentence", "Holds 251 N at rest and resists 189 N when pulled")
     before = person.clicks
-    person.pick("brake-beside", "Choi 2018, polyester")
+    person.pick("brake-beside", "Choi 2018, polyester (PET)")
     person.page.wait_for_selector(f"{at('brake-numbers')} >> text=better", timeout=LONG)
     assert person.clicks - before == 2
     before = person.clicks

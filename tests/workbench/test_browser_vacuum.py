@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.fluid.file import LineFile, load_line
+from layerjam.brake.fluid.line_file import LineFile, load_line
 
 pytestmark = pytest.mark.slow
 LONG = 60_000

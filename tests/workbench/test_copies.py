@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from layerjam.cli.main import main
-from layerjam.commands.results import Result
+from layerjam.core.command.results import Result
 from layerjam.workbench.call import Call, DataFile, Subject, python_code
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.brake import Brake

@@ -8,13 +8,8 @@ import math
 
 import pytest
 
-from layerjam.commands.array import array
-from layerjam.commands.compare import compare
-from layerjam.commands.design import brake_of, design
-from layerjam.design.specification import example_texts
-from layerjam.device.load import load
-from layerjam.errors import FileError
-from layerjam.report.design_figures import find_front_axes
+from layerjam.brake.device.load import load
+from layerjam.core.errors import FileError
 from layerjam.studies.machines.apply import scenario
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import disambiguate
@@ -24,6 +19,11 @@ from layerjam.workbench.pages.design import Design, array_chart, limits_table
 from layerjam.workbench.pages.design_density import density_chart
 from layerjam.workbench.pages.design_need import STOPPED, SearchResult, describe_problem
 from layerjam.workbench.state import State, format_link, parse_link
+from layerjam.workshop.commands.array import array
+from layerjam.workshop.commands.compare import compare
+from layerjam.workshop.commands.design import brake_of, design
+from layerjam.workshop.design.specification import example_texts
+from layerjam.workshop.figures.design_figures import find_front_axes
 from workbench.standing import standing
 
 SMALL = """name = "small <b>"

@@ -9,9 +9,9 @@ import pytest
 from nicegui import ui
 from nicegui.testing.user_interaction import UserInteraction
 
-from layerjam.commands.declare import load_command
-from layerjam.commands.impact import drop
-from layerjam.commands.tuning import tune
+from layerjam.brake.commands.drop import drop
+from layerjam.brake.commands.tuning import tune
+from layerjam.core.command.declare import load_command
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import Desk
@@ -209,7 +209,7 @@ def test_a_drop_that_crashes_is_drawn_to_its_standstill_behind_the_travel():
 
 def test_what_would_stop_it_is_looked_for_once(monkeypatch):
     """A vacuum that there is not costs one search, which takes most of the time."""
-    from layerjam.simulate import tuned
+    from layerjam.brake.simulate import tuned
 
     asked = []
     real = tuned.suggest_sheet_count

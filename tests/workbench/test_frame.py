@@ -15,8 +15,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from layerjam.errors import LayerjamError, QuantityError
-from layerjam.units import QuantitySpec
+from layerjam.core.errors import LayerjamError, QuantityError
+from layerjam.core.units import QuantitySpec
 from layerjam.workbench import live
 from layerjam.workbench.answer import try_call
 from layerjam.workbench.call import Call, Subject
@@ -114,7 +114,7 @@ def test_a_value_of_a_link_that_is_out_of_bounds_does_not_count():
 def test_the_command_that_is_copied_gives_the_same_numbers(tmp_path):
     call = Call(
         "tensile", (Subject("choi2018-kapton"),),
-        {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "30 mm"},
+        {"vacuum": "60 kPa", "speed": "1 mm/s", "elongation": "30 mm"},
     )  # fmt: skip
     shown = call.run()
     words = [

@@ -15,9 +15,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from layerjam.commands.lab import lab_example
-from layerjam.errors import LayerjamError
-from layerjam.measure.readers.workbook import MAX_UNPACKED
+from layerjam.core.errors import LayerjamError
+from layerjam.laboratory.commands.lab import lab_example
+from layerjam.laboratory.measure.readers.workbook import MAX_UNPACKED
 from layerjam.workbench import uploads as up
 from layerjam.workbench.call import Call, DataFile, Subject, disambiguate
 from layerjam.workbench.desk import Desk

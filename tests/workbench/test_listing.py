@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from layerjam.errors import FileError
-from layerjam.measure.conditions import read_conditions
-from layerjam.measure.options import ReadingOptions
+from layerjam.core.errors import FileError
+from layerjam.laboratory.measure.conditions import read_conditions
+from layerjam.laboratory.measure.options import ReadingOptions
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.dropping import attach_conditions, is_conditions_list, read_conditions_list
 from layerjam.workbench.proposals import propose_use

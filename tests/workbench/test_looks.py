@@ -7,7 +7,7 @@ from importlib.resources import files
 
 import pytest
 
-from layerjam.report.chart import Curve, Pane
+from layerjam.core.drawing.chart import Curve, Pane
 from layerjam.workbench.charts import MOST_ROOM, chart_options
 from layerjam.workbench.tables import html_table, typeset_symbols
 from layerjam.workbench.widgets import read_asset
@@ -57,7 +57,7 @@ def names_of(block):
 
 
 def test_every_colour_of_a_figure_has_a_light_and_a_dark_shade():
-    page = files("layerjam.report").joinpath("page.css").read_text("utf-8")
+    page = files("layerjam.core.drawing").joinpath("page.css").read_text("utf-8")
     drawn = set(re.findall(r"--(\w+):#[0-9a-f]{6}", page.split("}")[0]))
     css = read_asset("workbench.css")
     light, dark = (

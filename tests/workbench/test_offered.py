@@ -8,7 +8,7 @@ import re
 import pytest
 from nicegui.testing import user_simulation
 
-from layerjam.commands.declare import PYTHON_ONLY, OutFile, Progress
+from layerjam.core.command.declare import PYTHON_ONLY, OutFile, Progress
 from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
@@ -47,12 +47,18 @@ NAMED = {
     ("report", "accept_stick_slip"): "the choice Stick–slip",
     ("validate", "accept"): "a validation on the page writes no file",
     ("design", "accept"): "a design whose check failed is not put on the desk",
+    ("design", "confidence"): "95 %; a check of the chosen design says how many brakes reach it",
+    ("design", "number"): "a click on the front selects the design that is put on the desk",
+    ("report", "live"): "the page Brake saves a page that computes the brake",
     ("lab", "example"): "the practice files are the built-in campaign",
     ("lab", "seed"): "the practice files are the built-in campaign",
     ("pull", "start"): "one span does not fit all files of the page; the command line cuts them",
     ("pull", "end"): "one span does not fit all files of the page; the command line cuts them",
     ("pull", "accept"): "a pull on the page writes no file",
-    ("pull", "tare"): "a page corrects no force by itself: the calibration fits its zero",
+    **{
+        (command, "tare"): "a page corrects no force by itself: the calibration fits its zero"
+        for command in ("pull", "validate")
+    },
     **{
         ("report", key): FILES
         for key in ("friction", "pulls", "validate", "calibrate_on", "holdout")

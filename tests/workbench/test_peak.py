@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from layerjam.commands.tensile import tensile
+from layerjam.brake.commands.tensile import tensile
 from layerjam.workbench.desk import Desk, resize_stack
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.peak import MAX_SHEETS, describe_result

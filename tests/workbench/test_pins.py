@@ -7,10 +7,10 @@ import asyncio
 import numpy as np
 import pytest
 
-from layerjam.commands.impact import drop
-from layerjam.commands.tensile import tensile
-from layerjam.commands.vacuum_line import rise
-from layerjam.errors import LayerjamError, QuantityError
+from layerjam.brake.commands.drop import drop
+from layerjam.brake.commands.tensile import tensile
+from layerjam.brake.commands.vacuum_line import rise
+from layerjam.core.errors import LayerjamError, QuantityError
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.desk import Desk
@@ -27,7 +27,7 @@ KAPTON, PTFE = "choi2018-kapton", "choi2018-ptfe"
 
 
 def call(vacuum="60 kPa", brake=KAPTON, **more) -> Call:
-    said = {"vacuum": vacuum, "speed": "1 mm/s", "travel": "20 mm", **more}
+    said = {"vacuum": vacuum, "speed": "1 mm/s", "elongation": "20 mm", **more}
     return Call("tensile", (Subject(brake),), said)
 
 
@@ -124,7 +124,7 @@ def test_steps_of_a_vacuum_line_are_pinned_apart_from_its_regulator():
         Pin("vacuum", "regulate", "choi2018", {"target": "80 kPa", "safe_state": "release"}),
     )
     page = Vacuum(Desk(State(page="vacuum", pins=pins)))
-    (answer,) = page.compute()  # nothing is regulated yet
+    answer, _ = page.compute()  # nothing is regulated yet
     (step,) = answer.pins
     own = rise("choi2018", target="80 kPa")
     assert step.answer.result.rise_time == own.rise_time

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from layerjam.measure.options import ReadingOptions
-from layerjam.measure.preview import preview_file
-from layerjam.measure.readers.read import read_trace
-from layerjam.units import parse
+from layerjam.core.units import parse
+from layerjam.laboratory.measure.options import ReadingOptions
+from layerjam.laboratory.measure.preview import preview_file
+from layerjam.laboratory.measure.readers.read import read_trace
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import detect_toml_kind
 from layerjam.workbench.proposals import (

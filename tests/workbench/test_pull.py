@@ -7,12 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from layerjam.brake.commands.stick_slip import stick_slip
+from layerjam.brake.commands.tensile import tensile
+from layerjam.brake.device.load import load
+from layerjam.brake.simulate.record import Outcome
 from layerjam.cli.main import main
-from layerjam.commands.predict import show
-from layerjam.commands.stick_slip import stick_slip
-from layerjam.commands.tensile import tensile
-from layerjam.device.load import load
-from layerjam.simulate.record import Outcome
 from layerjam.workbench.answer import file_bytes
 from layerjam.workbench.charts import round_up
 from layerjam.workbench.desk import Desk
@@ -21,10 +20,11 @@ from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pages.pull_chart import pull_chart
 from layerjam.workbench.pages.pull_files import Reading, find_pulls, read_pulls
 from layerjam.workbench.state import State
+from layerjam.workshop.commands.show import show
 from printed import split_command
 
 KAPTON = "choi2018-kapton"
-PULL = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "30 mm"}
+PULL = {"vacuum": "60 kPa", "speed": "1 mm/s", "elongation": "30 mm"}
 
 
 @pytest.fixture

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from nicegui import ui
 from nicegui.elements.upload_files import SmallFileUpload
 
-from layerjam.device.load import load
-from layerjam.errors import FileError, LayerjamError
-from layerjam.toml_files.toml import MAX_BYTES
+from layerjam.brake.device.load import load
+from layerjam.core.errors import FileError, LayerjamError
+from layerjam.core.toml_files.toml import MAX_BYTES
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pins import MAX_PINS
@@ -26,7 +26,7 @@ from workbench.standing import standing
 KAPTON, PTFE = "choi2018-kapton", "choi2018-ptfe"
 WORD = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 VALUE = st.one_of(WORD, st.booleans(), st.floats(allow_nan=False, allow_infinity=False))
-PIN = Pin("pull", "tensile", PTFE, {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "20 mm"})
+PIN = Pin("pull", "tensile", PTFE, {"vacuum": "60 kPa", "speed": "1 mm/s", "elongation": "20 mm"})
 EDITED = load(KAPTON).text + "\n# µ, edited\n"
 STATE = State(page="pull", brake=EDITED, beside=PTFE, pins=(PIN,)).put_setting(
     "pull", "vacuum", 50e3

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from layerjam.commands.tensile import tensile
-from layerjam.device.load import load
-from layerjam.mechanics.friction import friction_per_contact
-from layerjam.simulate.procedure import simple_pull
-from layerjam.simulate.sheet_motion import sheet_motion
-from layerjam.simulate.stack import tensile_stack
-from layerjam.simulate.stack_layout import Housing, make_stack
+from layerjam.brake.commands.tensile import tensile
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.friction import friction_per_contact
+from layerjam.brake.simulate.procedure import simple_pull
+from layerjam.brake.simulate.sheet_motion import sheet_motion
+from layerjam.brake.simulate.stack import tensile_stack
+from layerjam.brake.simulate.stack_layout import Housing, make_stack
 from layerjam.workbench.pages.pull import _parse_point
 from layerjam.workbench.sheets_drawing import (
     MAX_SHEETS,
@@ -29,7 +29,7 @@ from layerjam.workbench.sheets_drawing import (
 )
 
 KAPTON = "choi2018-kapton"
-PULL = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "30 mm", "model": "stack"}
+PULL = {"vacuum": "60 kPa", "speed": "1 mm/s", "elongation": "30 mm", "model": "stack"}
 
 
 @pytest.fixture(scope="module")

@@ -16,6 +16,8 @@ from layerjam.workbench.dropping import SOON
 from layerjam.workbench.pages.pull import Pull
 from workbench.standing import standing
 
+pytestmark = pytest.mark.timing
+
 LINES = "\n".join(f"{i / 10},{min(7 * i, 175 - i)}" for i in range(60))
 
 MORE = accumulate(repeat("\n"))

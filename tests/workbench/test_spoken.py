@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import layerjam
-from layerjam.commands.declare import load_command
-from layerjam.commands.index import commands
-from layerjam.errors import FileError, QuantityError
+from layerjam.core.command.declare import load_command
+from layerjam.core.command.index import commands
+from layerjam.core.errors import FileError, QuantityError
 from layerjam.workbench.pages.laboratory import FREE as FREE_CHOICE
 from layerjam.workbench.pages.laboratory import STICK_SLIP
 from layerjam.workbench.spoken import (

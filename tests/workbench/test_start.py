@@ -12,11 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nicegui import ui
 
-from layerjam.commands.edit import edit
-from layerjam.commands.tensile import tensile
-from layerjam.device.load import catalogue, load
-from layerjam.identify.origin import ORIGINS, describe_origin
-from layerjam.toml_files.source import Source
+from layerjam.brake.commands.edit import edit
+from layerjam.brake.commands.tensile import tensile
+from layerjam.brake.device.load import catalogue, load
+from layerjam.core.toml_files.source import Source
+from layerjam.laboratory.identify.origin import ORIGINS, describe_origin
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.pages.start import Start, drop_sentence, holding_sentence, round_down_digits
@@ -75,7 +75,7 @@ def test_what_is_said_to_hang_is_what_the_sheets_hold():
 def test_without_vacuum_nothing_is_said_to_hang():
     page = Start(Desk(State(settings={"desk": {"vacuum": 0.0}})))
     assert holding_sentence(page.compute()[0].result, GRAVITY).startswith(
-        "The sheets do not hold yet"
+        "The sheets do not resist yet"
     )
 
 
@@ -139,7 +139,7 @@ def test_the_page_stands_drops_a_kilogram_and_takes_another_brake():
         async with standing(Start) as (user, pages):
             force = tensile(KAPTON, vacuum="94.5 kPa", speed="1 mm/s", travel="40 mm").peak_force
             await user.should_see(f"{force:.0f} N", retries=300)
-            await user.should_see("The brake can hold up to 17.9 kg against gravity")
+            await user.should_see("The brake resists a pull of up to 176 N, the weight of 17.9 kg")
             await user.should_not_see("1 kg falls")
             user.find("Drop a kilogram").click()
             await user.should_see("1 kg falls 30 cm: the brake slips", retries=100)

@@ -10,12 +10,12 @@ import types
 
 import pytest
 
-from layerjam.commands.tensile import tensile
-from layerjam.commands.vacuum_line import rise
-from layerjam.device.file import BrakeFile
-from layerjam.device.load import load
-from layerjam.errors import LayerjamError
-from layerjam.report.chart import Curve, Pane
+from layerjam.brake.commands.tensile import tensile
+from layerjam.brake.commands.vacuum_line import rise
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.load import load
+from layerjam.core.drawing.chart import Curve, Pane
+from layerjam.core.errors import LayerjamError
 from layerjam.workbench.answer import Answer, Pinned, build_notebook
 from layerjam.workbench.call import Call, Subject, python_code
 from layerjam.workbench.charts import chart_options
@@ -25,7 +25,7 @@ KAPTON = "choi2018-kapton"
 
 
 def pull(vacuum: str) -> Call:
-    said = {"vacuum": vacuum, "speed": "1 mm/s", "travel": "20 mm"}
+    said = {"vacuum": vacuum, "speed": "1 mm/s", "elongation": "20 mm"}
     return Call("tensile", (Subject(KAPTON),), said)
 
 

@@ -6,13 +6,20 @@ import asyncio
 
 import pytest
 
-from layerjam.commands.edit import LINE_FIELDS as FIELDS
-from layerjam.commands.edit import edit_line
-from layerjam.commands.regulate import regulate
-from layerjam.commands.vacuum_line import rise
-from layerjam.errors import LayerjamError
+from layerjam.bench.commands.regulate import regulate
+from layerjam.brake.commands.edit import LINE_FIELDS as FIELDS
+from layerjam.brake.commands.edit import edit_line
+from layerjam.brake.commands.force import force
+from layerjam.brake.commands.vacuum_line import rise
+from layerjam.core.errors import LayerjamError
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.vacuum import Vacuum, describe_fault, detection_table, fault_choice
+from layerjam.workbench.pages.vacuum import (
+    Vacuum,
+    describe_fault,
+    detection_table,
+    fault_choice,
+    headlines,
+)
 from layerjam.workbench.state import State, format_link, parse_link
 from workbench.standing import standing
 
@@ -25,16 +32,21 @@ def page_of(line: str = "choi2018", **settings) -> Vacuum:
 
 def test_nothing_is_regulated_until_a_safe_state_is_chosen():
     page = page_of(fault="leak")
-    assert [call.name for call in page.calls()] == ["rise"]
+    assert [call.name for call in page.calls()] == ["rise", "force"]
     page.desk.put_setting("vacuum", "safe_state", "hold")
-    assert [call.name for call in page.calls()] == ["rise", "regulate"]
+    assert [call.name for call in page.calls()] == ["rise", "regulate", "force"]
     # a link cannot choose one that is none
-    assert [c.name for c in page_of(safe_state="whatever").calls()] == ["rise"]
+    assert [c.name for c in page_of(safe_state="whatever").calls()] == ["rise", "force"]
 
 
 def test_the_page_asks_what_the_verbs_answer():
     page = page_of(safe_state="release", fault="sensor-nan", fault_at=8.0)
-    risen, loop = (answer.result for answer in page.compute())
+    risen, loop, held = (answer.result for answer in page.compute())
+    own = force("choi2018-kapton", slip="0 mm", vacuum="94.5 kPa")
+    assert held.values == own.values
+    (hero,) = (hero for hero in headlines(risen, held) if hero.key == "force")
+    low, high = (round(own.intervals["force"][end]) for end in ("low", "high"))
+    assert hero.interval == f"95 %: {low} N to {high} N"
     assert risen.values == rise("choi2018", target="94.5 kPa").values
     own = regulate("choi2018", target="94.5 kPa", safe_state="release", fault="sensor-nan",
                    fault_at="8 s", **SEEN)  # fmt: skip
@@ -70,11 +82,11 @@ def test_the_verdict_in_words(fault):
 
 def test_refusals_are_words_and_leave_the_other_answer():
     page = page_of(safe_state="hold", sample_time=0.5)  # beyond the slider; within the bounds
-    risen, loop = page.compute()
+    risen, loop, _ = page.compute()
     assert risen.result is not None and loop.result is None
     assert loop.refusal.startswith("sample_time: 0.5 s is not allowed")
     tight = edit_line("choi2018", {"leak.laminar": "5 mL/s"}).text
-    risen, loop = page_of(tight, safe_state="hold").compute()
+    risen, loop, _ = page_of(tight, safe_state="hold").compute()
     assert not risen.result.feasible and "target" in loop.refusal
 
 

@@ -15,18 +15,18 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from layerjam.cli.engine import enable_double_precision
+from layerjam.cli.interrupts import handle_interrupts
 from layerjam.cli.main import main as layerjam
-from layerjam.commands.declare import Help, PythonOnly, command
-from layerjam.commands.results import Result, fact, number, result
-from layerjam.errors import FileError, LayerjamError, MissingExtraError
-from layerjam.system import check_file_name, format_command_line, quote_word, report_failure
-from layerjam.units import show
+from layerjam.core.command.declare import Help, PythonOnly, command
+from layerjam.core.command.results import Result, fact, number, result
+from layerjam.core.errors import FileError, LayerjamError, MissingExtraError
+from layerjam.core.system import check_file_name, format_command_line, quote_word, report_failure
+from layerjam.core.units import show
 
 if TYPE_CHECKING:
-    from layerjam.device.file import BrakeFile
-    from layerjam.report.page import Part
-    from layerjam.report.style import Figure
+    from layerjam.brake.device.brake_file import BrakeFile
+    from layerjam.core.drawing.page import Part
+    from layerjam.core.drawing.style import Figure
 
 BRAKE = "choi2018-kapton"
 SLIP, FORCE = 0.020, 100.0
@@ -114,7 +114,7 @@ class _Steps:
 
 def _write_test_files(folder: Path) -> Files:
     """Return friction tests, the calibration pull and the validation pulls, all synthetic."""
-    from layerjam.device.load import load
+    from layerjam.brake.device.load import load
     from layerjam.studies.choi2018 import lab
 
     file, validation = load(BRAKE), replace(lab.VALIDATED_ON, repeats=1)
@@ -167,8 +167,8 @@ def _run_demo(out: Path) -> DemoResult:
         for name in USED:
             importlib.import_module(name)
     _prepare_folder(out)
-    enable_double_precision()
-    from layerjam.device.load import load
+    handle_interrupts()
+    from layerjam.brake.device.load import load
     from layerjam.studies.choi2018.paper_report import write_report
 
     print("The brake of Choi et al. (2018), from test files to a report, in 11 steps. The files")
@@ -249,11 +249,11 @@ def _describe_main_job(
     `mine` contains the measured friction, `calibrated_brake` also the calibration. `files` are
     friction tests, calibration pulls and validation pulls.
     """
-    from layerjam.commands.predict import vacuum
-    from layerjam.identify.calibration.peaks import calibrate
-    from layerjam.identify.friction.reduction import reduce_friction
-    from layerjam.identify.validation.metrics import validate_pulls
-    from layerjam.measure.readers.read import read_trace
+    from layerjam.brake.commands.force import vacuum
+    from layerjam.laboratory.identify.calibration.peaks import calibrate
+    from layerjam.laboratory.identify.friction.reduction import reduce_friction
+    from layerjam.laboratory.identify.validation.metrics import validate_pulls
+    from layerjam.laboratory.measure.readers.read import read_trace
     from layerjam.studies.choi2018.lab import NORMAL_FORCE, read_pulls
     from layerjam.studies.choi2018.paper_report import make_main_part
 
@@ -281,22 +281,22 @@ def _describe_main_job(
 
 def _draw_glance(brake: "BrakeFile") -> "Part":
     """Return five pictures: the brake, its parts, a pull, a stop, and the pumps."""
-    from layerjam.commands.build import judge_build
-    from layerjam.commands.impact import drop
-    from layerjam.commands.tensile import tensile
-    from layerjam.commands.vacuum_line import rise
-    from layerjam.fluid.file import load_line
-    from layerjam.report import build_pictures
-    from layerjam.report.build_scene import make_scene
-    from layerjam.report.device_drawing import draw_device
-    from layerjam.report.page import Part, Picture
+    from layerjam.brake.commands.drop import drop
+    from layerjam.brake.commands.tensile import tensile
+    from layerjam.brake.commands.vacuum_line import rise
+    from layerjam.brake.figures.device_drawing import draw_device
+    from layerjam.brake.fluid.line_file import load_line
+    from layerjam.core.drawing.page import Part, Picture
+    from layerjam.workshop.commands.build import judge_build
+    from layerjam.workshop.figures import build_pictures
+    from layerjam.workshop.figures.build_scene import make_scene
 
     if (drawing := judge_build(brake).record) is None:
         raise LayerjamError(f"{brake.name}: the brake cannot be drawn")
     stop = drop(
         brake, mass=1.0, speed=2.5, vacuum="tuned", travel=0.04, rope_stiffness=ROPE_STIFFNESS
     )
-    pull = tensile(brake, vacuum=94.5e3, speed=0.013, travel=0.04)
+    pull = tensile(brake, vacuum=94.5e3, speed=0.013, elongation=0.04)
     shot = build_pictures.make_shots(make_scene(drawing.build, drawing.lengths))["exploded"]
     drawers: dict[str, tuple[Callable[[], Figure], str]] = {
         "device": (

@@ -1,21 +1,21 @@
-"""The command line of a declared command: its signature for typer, and the call."""
+"""The command line of a declared command: its options for click, and the call."""
 
-import inspect
 import os
 import shlex
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Container, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-from typer.core import TyperCommand
+import click
 
+from layerjam.brake.commands.arguments import Overwrite
 from layerjam.cli import TYPED
-from layerjam.commands.declare import (
+from layerjam.cli.interrupts import handle_interrupts
+from layerjam.core.command.declare import (
     PYTHON_ONLY,
     Command,
     OutFile,
@@ -25,9 +25,13 @@ from layerjam.commands.declare import (
     declare_parameter,
     load_command,
 )
-from layerjam.commands.quantities import Overwrite
-from layerjam.errors import FileError, QuantityError
-from layerjam.system import check_file_name, format_command_line, is_reader_gone, report_failure
+from layerjam.core.errors import FileError, QuantityError
+from layerjam.core.system import (
+    check_file_name,
+    format_command_line,
+    is_reader_gone,
+    report_failure,
+)
 
 
 def print_result(result: Any, as_json: bool) -> int:
@@ -71,7 +75,7 @@ def check_figure(path: Path | None, overwrite: bool) -> None:
     """Reject a figure that cannot be drawn or written, before any computation."""
     check_target(path, overwrite, PICTURES)
     if path is not None:
-        from layerjam.report.style import apply_style
+        from layerjam.core.drawing.style import apply_style
 
         with apply_style():
             pass
@@ -105,24 +109,34 @@ FIGURE, RECORD, JSON = "figure_", "record_", "json_"
 """Options that the command line adds to those of the function."""
 
 
-def build_command(name: str) -> Any:
-    """Return the command of the given name for typer, after importing its module."""
+class EntryCommand(click.Command):
+    """A declared command with its arguments and options."""
+
+    def __init__(self, entry: Command, options: Sequence[Parameter]) -> None:
+        # the mark keeps each example on its own line
+        lines = "\b\n" + "\n".join(f"$ {example}" for example in entry.examples)
+        places = [_convert_parameter(p) for p in options]
+        places += [_former_option(p, old) for p in options for old in p.help.old]
+        places += _common_options(entry, {p.name for p in options})
+        super().__init__(
+            entry.name,
+            params=sorted(places, key=lambda place: not place.required),
+            callback=lambda **values: _run_command(entry, options, values),
+            help=entry.summary,
+            epilog=lines if entry.examples else None,
+            context_settings={"help_option_names": ["-h", "--help"]},
+        )
+        self.entry = entry
+        self.greedy = {p.option for p in entry.parameters if p.help.greedy}
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse; some options accept all words up to the next option."""
+        return super().parse_args(ctx, repeat_options(args, self.greedy))
+
+
+def build_command(name: str) -> EntryCommand:
+    """Return the command of the given name for click, after importing its module."""
     entry = load_command(name)
-    app_ = typer.Typer(add_completion=False, rich_markup_mode=None)
-    # this mark keeps each example on its own line
-    lines = "\b\n" + "\n".join(f"$ {example}" for example in entry.examples)
-    settings = {"help_option_names": ["-h", "--help"]}
-    app_.command(
-        name,
-        epilog=lines if entry.examples else None,
-        context_settings=settings,
-        cls=_make_command_class(entry),
-    )(_build_function(entry))
-    return typer.main.get_command(app_)
-
-
-def _build_function(entry: Command) -> Callable[..., int]:
-    """Return a function for typer with one parameter for each option of a command."""
     options = [p for p in entry.parameters if p.type not in (Progress, PYTHON_ONLY)]
     names = {p.name for p in options}
     if "overwrite" not in names and (entry.result.is_drawable() or entry.record_endings):
@@ -130,32 +144,7 @@ def _build_function(entry: Command) -> Callable[..., int]:
         # in `vacuum`, --force is a force in newtons
         old = tuple(o for o in overwrite.help.old if o not in {p.option for p in options})
         options.append(replace(overwrite, help=replace(overwrite.help, old=old)))
-    places = [_convert_parameter(p) for p in options]
-    places += [_former_parameter(p, old) for p in options for old in p.help.old]
-    places += _common_parameters(entry, names)
-    mandatory = [p for p in places if p.default is inspect.Parameter.empty]
-    optional = [p for p in places if p.default is not inspect.Parameter.empty]
-
-    def run_entry(**values: Any) -> int:
-        return _run_command(entry, options, values)
-
-    run_entry.__name__ = entry.python_name
-    run_entry.__doc__ = entry.summary
-    run_entry.__signature__ = inspect.Signature([*mandatory, *optional])  # type: ignore[attr-defined]
-    run_entry.__annotations__ = {p.name: p.annotation for p in places}
-    return run_entry
-
-
-def _make_command_class(entry: Command) -> type[TyperCommand]:
-    """Return a command class in which some options accept all words up to the next option."""
-    greedy = {p.option for p in entry.parameters if p.help.greedy}
-
-    class Greedy(TyperCommand):
-        def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-            """Repeat the option before each of its words, then parse."""
-            return super().parse_args(ctx, repeat_options(args, greedy))
-
-    return Greedy
+    return EntryCommand(entry, options)
 
 
 def repeat_options(args: Sequence[str], greedy: Container[str]) -> list[str]:
@@ -174,78 +163,63 @@ def repeat_options(args: Sequence[str], greedy: Container[str]) -> list[str]:
     return out
 
 
-def _convert_parameter(p: Parameter) -> inspect.Parameter:
-    kind, several = _typer_type(p)
-    default: Any = inspect.Parameter.empty if p.required else p.default
-    if kind is not bool and not p.required and not several:
-        default = p.default_text or None
-    sentence = p.sentence
+def _convert_parameter(p: Parameter) -> click.Parameter:
+    kind, several = _find_type(p)
     if p.is_positional:
-        note = typer.Argument(metavar=p.metavar or None, help=sentence)
-    else:
-        note = typer.Option(
-            p.option,
-            metavar=None if kind is bool else p.metavar or None,
-            help=sentence,
-            show_default=kind is not bool,
-        )
-    if several and default in ((), None):
-        default = None
-    return _typer_parameter(p.name, kind, default, note)
+        words = f"{p.sentence}  [default: {p.default_text}]" if p.default_text else p.sentence
+        return click.Argument(
+            [p.name], metavar=p.metavar, help=words, type=kind, nargs=-1 if several else 1,
+            required=p.required, **({"default": p.default_text} if p.default_text else {}),
+        )  # fmt: skip
+    if kind is bool:
+        return click.Option([p.name, p.option], is_flag=True, default=p.default, help=p.sentence)
+    has_default = p.default_text and not (p.required or several)
+    default: dict[str, Any] = {"default": p.default_text} if has_default else {}
+    return click.Option(
+        [p.name, p.option], metavar=p.metavar or None, help=p.sentence, type=kind, multiple=several,
+        required=p.required, show_default=True, **default,
+    )  # fmt: skip
 
 
-def _typer_parameter(name: str, kind: Any, default: Any, note: Any) -> inspect.Parameter:
-    return inspect.Parameter(
-        name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, note]
-    )
-
-
-def _typer_type(p: Parameter) -> tuple[Any, bool]:
-    """Return the type for typer (text for a quantity), and whether there are several values."""
+def _find_type(p: Parameter) -> tuple[Any, bool]:
+    """Return the type for click (text for a quantity), and whether there are several values."""
     if p.type is bool:
         return bool, False
-    if p.several:
-        return list[str] | None, True
-    text = str(p.type)
-    if p.spec is None and any(
-        word in text for word in ("Sequence[", "list[", "Iterable[", "tuple[")
-    ):
-        inner = Path if "Path" in text else str
-        return (list[inner] if p.required else list[inner] | None), True  # type: ignore[valid-type]
-    if p.spec is None and "Path" in text and not hasattr(p.help, "convert"):
-        return (Path if p.required else Path | None), False
-    return (str if p.required else str | None), False
+    text, kind = str(p.type), click.Path(path_type=Path)
+    if p.several or p.spec is not None:
+        return str, p.several
+    several = any(word in text for word in ("Sequence[", "list[", "Iterable[", "tuple["))
+    is_path = "Path" in text and (several or not hasattr(p.help, "convert"))
+    return (kind if is_path else str), several
 
 
-def _former_parameter(p: Parameter, old: str) -> inspect.Parameter:
-    kind, _ = _typer_type(p)
-    if kind is not bool:
-        kind = str | None
-    default = False if kind is bool else None
-    return _typer_parameter(_former_name(p, old), kind, default, typer.Option(old, hidden=True))
+def _former_option(p: Parameter, old: str) -> click.Option:
+    is_flag = _find_type(p)[0] is bool
+    return click.Option([_former_name(p, old), old], is_flag=is_flag, hidden=True)
 
 
 def _former_name(p: Parameter, old: str) -> str:
     return f"former_{old.lstrip('-').replace('-', '_')}"
 
 
-def _common_parameters(entry: Command, names_used: set[str]) -> list[inspect.Parameter]:
+def _common_options(entry: Command, names_used: set[str]) -> list[click.Parameter]:
     """Return the options --out (for a record), --figure and --json."""
     draws, endings = entry.result.is_drawable(), entry.record_endings
-    options = []
+    file: dict[str, Any] = {"metavar": "FILE", "type": click.Path(path_type=Path)}
+    options: list[click.Parameter] = []
     if endings and "out" not in names_used:
-        text = f"Write the record to a file: {' or '.join(endings)}."
-        note = typer.Option("--out", metavar="FILE", help=text)
-        options.append(_typer_parameter(RECORD, Path | None, None, note))
+        words = f"Write the record to a file: {' or '.join(endings)}."
+        options.append(click.Option([RECORD, "--out"], help=words, **file))
     if draws:
-        note = typer.Option("--figure", metavar="FILE", help="Draw the result: .svg, .png or .pdf.")
-        options.append(_typer_parameter(FIGURE, Path | None, None, note))
-    note = typer.Option("--json", help="Print only one JSON object, in SI units.")
-    options.append(_typer_parameter(JSON, bool, False, note))
-    return options
+        words = "Draw the result: .svg, .png or .pdf."
+        options.append(click.Option([FIGURE, "--figure"], help=words, **file))
+    words = "Print only one JSON object, in SI units."
+    return [*options, click.Option([JSON, "--json"], is_flag=True, help=words)]
 
 
-def _run_command(entry: Command, options: list[Parameter], values: dict[str, Any]) -> int:
+def _run_command(entry: Command, options: Sequence[Parameter], values: dict[str, Any]) -> int:
+    # several values that were not given are an empty tuple
+    values = {k: list(v) or None if isinstance(v, tuple) else v for k, v in values.items()}
     figure, record = values.pop(FIGURE, None), values.pop(RECORD, None)
     as_json = values.pop(JSON)
     _apply_former_options(options, values)
@@ -255,10 +229,7 @@ def _run_command(entry: Command, options: list[Parameter], values: dict[str, Any
     for p in options:
         if isinstance(p.help, OutFile):
             check_target(values[p.name], overwrite, p.help.endings)
-    if entry.computes:
-        from layerjam.cli.engine import enable_double_precision
-
-        enable_double_precision()
+    handle_interrupts()
     arguments = {
         p.name: values[p.name]
         for p in entry.parameters
@@ -281,7 +252,7 @@ def _run_command(entry: Command, options: list[Parameter], values: dict[str, Any
     return print_result(result, as_json)
 
 
-def _apply_former_options(options: list[Parameter], values: dict[str, Any]) -> None:
+def _apply_former_options(options: Sequence[Parameter], values: dict[str, Any]) -> None:
     for p in options:
         for old in p.help.old:
             value = values.pop(_former_name(p, old))
@@ -290,13 +261,16 @@ def _apply_former_options(options: list[Parameter], values: dict[str, Any]) -> N
                 values[p.name] = value
 
 
-def describe_missing(error: Any) -> str:
+def describe_missing(error: click.ClickException) -> str:
     """Return the missing parameter, its meaning and the line to type; "" for other errors."""
-    if not hasattr(error, "param_type"):
+    if not isinstance(error, click.MissingParameter):
         return ""
-    entry, option = load_command(error.ctx.command.name), error.param.opts[0]
+    command, place = error.ctx and error.ctx.command, error.param
+    if not isinstance(command, EntryCommand) or place is None:
+        return ""
+    entry, option = command.entry, place.opts[0]
     if not option.startswith("-"):
-        option, lines = error.param.metavar, entry.examples
+        option, lines = str(place.metavar), entry.examples
     else:
         options = {word.partition("=")[0] for word in TYPED.get()}
         missing = [p for p in entry.parameters if p.required and not p.is_positional]
@@ -307,7 +281,7 @@ def describe_missing(error: Any) -> str:
             for w in (p.option, _sample_value(entry, p))
         ]
         lines = [format_command_line(["layerjam", *TYPED.get(), *words])]
-    return f"{option} is missing ({error.param.help.rstrip('.')}); type, for example: {lines[0]}"
+    return f"{option} is missing ({str(place.help).rstrip('.')}); type, for example: {lines[0]}"
 
 
 def _sample_value(entry: Command, p: Parameter) -> str:

@@ -5,18 +5,18 @@ import glob
 import os
 import sys
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-from typer.core import TyperGroup
-from typer.exceptions import Abort, Exit, TyperException
+import click
 
 from layerjam._version import __version__
 from layerjam.cli import TYPED
-from layerjam.commands.index import GROUPS, Entry, commands, family_names, find_entry
-from layerjam.conversion import FACTORS
-from layerjam.errors import LayerjamError, UnknownNameError
-from layerjam.system import is_reader_gone, is_windows
+from layerjam.cli.completion import COMPLETION
+from layerjam.core.command.index import GROUPS, HIDDEN, Entry, commands, family_names, find_entry
+from layerjam.core.conversion import FACTORS
+from layerjam.core.errors import LayerjamError, UnknownNameError
+from layerjam.core.store import Appearing
+from layerjam.core.system import is_reader_gone, is_windows
 
 MOST_USED = (
     *("new", "show", "force", "vacuum", "tensile", "drop", "tune"),
@@ -25,9 +25,10 @@ MOST_USED = (
 )
 """Commands of the short list."""
 HELP_OF_ALL = ("help", "all")
+HELP = {"help_option_names": ["-h", "--help"]}
 
 
-class Commands(TyperGroup):
+class Commands(click.Group):
     """The declared commands, listed from their source and built only when used."""
 
     first = ""
@@ -61,6 +62,10 @@ class Commands(TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the typed command; for an unknown one raise an error with the nearest names."""
+        two_words = " ".join(args[:2])
+        if two_words in family_names(args[0]) and self._find_command(args[0]) is not None:
+            # a command that also begins the names of others, as in `design new`
+            return two_words, _build_command(two_words), args[2:]
         entry = self._find_command(args[0])
         if entry is None:
             if args[0].startswith("-"):
@@ -80,8 +85,8 @@ class Commands(TyperGroup):
         self.format_usage(ctx, formatter)
         self.format_help_text(ctx, formatter)
         every = self.first or TYPED.get() == HELP_OF_ALL
-        names = self._list_next_words() if every else MOST_USED
-        entries = [commands()[name] for name in self._list_next_words() if name in names]
+        names = [name for name in self._list_next_words() if name not in HIDDEN]
+        entries = [commands()[name] for name in names if every or name in MOST_USED]
         wide = max(len(entry.name) for entry in entries) + 2
         for group, title in GROUPS.items():
             members = [entry for entry in entries if entry.group == group]
@@ -89,7 +94,7 @@ class Commands(TyperGroup):
                 with formatter.section(title):
                     _list_commands(formatter, members, wide)
         words = f"layerjam {self.first}".rstrip()
-        hidden_count = len(self._list_next_words()) - len(entries)
+        hidden_count = len(names) - len(entries)
         others = (
             f" layerjam help all lists the other {hidden_count} commands." if hidden_count else ""
         )
@@ -105,18 +110,10 @@ def _list_commands(formatter: Any, members: Sequence[Entry], wide: int) -> None:
             formatter.write(f"{'':>{formatter.current_indent}}$ {example}\n")
 
 
-def _build_family(word: str) -> Any:
+def _build_family(word: str) -> Commands:
     """Return the commands that begin with a word, as a separate group."""
-    inner = typer.Typer(
-        name=word,
-        cls=type("Family", (Commands,), {"first": word}),
-        help="Choose one of the commands below.",
-        add_completion=False,
-        rich_markup_mode=None,
-        context_settings={"help_option_names": ["-h", "--help"]},
-    )
-    inner.callback()(lambda: None)
-    return typer.main.get_command(inner)
+    kind = type("Family", (Commands,), {"first": word})
+    return kind(word, help="Choose one of the commands below.", context_settings=HELP)
 
 
 def _build_command(name: str) -> Any:
@@ -125,37 +122,29 @@ def _build_command(name: str) -> Any:
     return build_command(name)
 
 
-app = typer.Typer(
-    name="layerjam",
-    cls=Commands,
-    help="Soft layer-jamming brakes: predict, test, calibrate, drive, design and build them.",
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-
-
-def _show_version(value: bool) -> None:
+def _print_version(ctx: click.Context, option: click.Parameter, value: bool) -> None:
     if value:
         print(f"layerjam {__version__}")
         if "--verbose" in TYPED.get():
-            from layerjam.kernel.engine import describe_engine
+            from layerjam.brake.kernel.engine import describe_engine
 
             print(f"engine  {describe_engine()}")
-        raise Exit(0)
+        ctx.exit()
 
 
-@app.callback()
-def _handle_common_options(
-    version: Annotated[
-        bool,
-        typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version."),
-    ] = False,
-    verbose: Annotated[
-        bool, typer.Option("--verbose", help="With --version: also print the engine of pulls.")
-    ] = False,
-) -> None:
-    pass
+_VERSION = click.Option(
+    ["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_print_version,
+    help="Print the version.",
+)  # fmt: skip
+_VERBOSE = click.Option(
+    ["--verbose"], is_flag=True, expose_value=False, help="With --version: the engine of pulls too."
+)
+app = Commands(
+    "layerjam",
+    params=[_VERSION, _VERBOSE, *COMPLETION],
+    help="Soft layer-jamming brakes: predict, test, calibrate, drive, design and build them.",
+    context_settings=HELP,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -170,6 +159,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _run_command_line(_normalise_help(words))
     finally:
         TYPED.reset(before)
+        Appearing.begun = False
 
 
 def _normalise_help(words: tuple[str, ...]) -> tuple[str, ...]:
@@ -192,19 +182,20 @@ def _run_command_line(words: Sequence[str]) -> int:
         if sys.stdout is not None and hasattr(sys.stdout, "reconfigure"):
             # a terminal that cannot show µ gets a replacement character
             sys.stdout.reconfigure(errors="replace")
-        code = app(args=list(words), standalone_mode=False)
+        if "_LAYERJAM_COMPLETE" in os.environ:  # set by the shell's script for completion
+            app.main(list(words), "layerjam")
+        with app.make_context("layerjam", list(words)) as context:
+            code = app.invoke(context)
         if sys.stdout is not None:
             sys.stdout.flush()
-        if code == 130:  # typer hides an interrupt; the result of a sweep was already printed
+        if code == 130:  # the result of a sweep was already printed
             return _print_error("stopped", 130)
         return int(code or 0)
-    except Exit as stop:
+    except click.exceptions.Exit as stop:
         return stop.exit_code
-    except Abort:
-        return _print_error("stopped", 130)
     except KeyboardInterrupt:
-        return _print_error("stopped; nothing was written", 130)
-    except TyperException as error:
+        return _print_error("stopped", 130)
+    except click.ClickException as error:
         from layerjam.cli.generate import describe_missing
 
         message = describe_missing(error) or error.format_message()

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Annotated
 
-from layerjam.commands.declare import Help, command
-from layerjam.commands.results import Result, fact, result
-from layerjam.errors import MissingExtraError
-from layerjam.units import QuantitySpec
+from layerjam.core.command.declare import Help, command
+from layerjam.core.command.results import Result, fact, result
+from layerjam.core.errors import MissingExtraError
+from layerjam.core.units import QuantitySpec
 
 PORT = QuantitySpec("1", "port to listen on", lo=1, hi=65535, whole=True)
 
@@ -35,7 +35,7 @@ def _skip_http_clients() -> Iterator[None]:
             del sys.modules[name]
 
 
-@command("share", computes=False)
+@command("share")
 def workbench(
     *,
     port: Annotated[int, PORT] = 8321,
@@ -43,12 +43,10 @@ def workbench(
     show: Annotated[bool, Help("Open a browser.", option="--show/--no-show")] = True,
 ) -> WorkbenchResult:
     """Open the workbench: all of layerjam on a page of your browser."""
-    from layerjam.cli.engine import enable_double_precision
-
     missing = MissingExtraError.raise_if_missing("the workbench (nicegui)", "workbench")
     with missing, _skip_http_clients():
         import nicegui  # noqa: F401
 
         from layerjam.workbench.server import serve
-    serve(host=host, port=port, show=show, engine=enable_double_precision)
+    serve(host=host, port=port, show=show)
     return WorkbenchResult(port=port)

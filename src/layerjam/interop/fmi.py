@@ -8,15 +8,16 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile
-from layerjam.errors import QuantityError
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.kernel.compiler import SOURCES, TARGETS, build_library
+from layerjam.brake.kernel.parameters import check_exportable
+from layerjam.brake.mechanics.effects import list_effects, pressure_on_sheets
+from layerjam.brake.mechanics.stiffness import working_stiffness
+from layerjam.core.errors import QuantityError
 from layerjam.interop.fmi_variables import list_parameters
 from layerjam.interop.fmi_xml import MODEL, Version, build_description, model_description
 from layerjam.interop.source import KERNEL, WRAPPERS
-from layerjam.kernel.compiler import SOURCES, TARGETS, build_library
-from layerjam.kernel.parameters import check_exportable
-from layerjam.mechanics.stiffness import working_stiffness
 
 
 class Platform(NamedTuple):
@@ -57,10 +58,12 @@ def brake_values(brake: Brake | BrakeFile, rope_stiffness: float | None = None) 
     Raises QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
     """
     brake = check_exportable(brake)
+    for effect in list_effects(brake):
+        if not effect.in_fmu:
+            raise effect.refuse("an FMU")
     values = {p.name: _read_value(brake, p.name) for p in list_parameters()}
     values["rope.stiffness"] = rope_stiffness or 0.0
-    if brake.vacuum_share is None:
-        values["vacuum_share"] = 1.0
+    values["vacuum_share"] = float(pressure_on_sheets(1.0, brake))
     if brake.stiffness_measured is None and not float(working_stiffness(brake)) > 0:
         raise QuantityError.of("stiffness_measured", "is neither measured nor computable")
     return values

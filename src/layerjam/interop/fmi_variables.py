@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from layerjam.device.brake import Brake
-from layerjam.units import quantities
+from layerjam.brake.device.brake import Brake
+from layerjam.core.units import quantities
 
 FILE = Path(__file__).parent / "c" / "fmu" / "variables.h"
 Role = Literal["independent", "input", "output", "flag", "local", "parameter"]

@@ -7,17 +7,15 @@
 import functools
 from typing import Any, NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from layerjam.errors import QuantityError
-from layerjam.kernel.parameters import Parameters
-from layerjam.mechanics.cycle import Setting
-from layerjam.mechanics.enclosure import make_enclosure
-from layerjam.mechanics.hysteresis import State, change_vacuum, move
-from layerjam.mechanics.law import in_double_precision
-from layerjam.mechanics.memory import PIECES, new_memory
+from layerjam.brake.kernel.parameters import Parameters
+from layerjam.brake.mechanics.cycle import Setting
+from layerjam.brake.mechanics.enclosure import make_enclosure
+from layerjam.brake.mechanics.hysteresis import State, change_vacuum, move
+from layerjam.brake.mechanics.memory import PIECES, new_memory
+from layerjam.brake.mechanics.tracing import in_double_precision, jax, jnp
+from layerjam.core.errors import QuantityError
 
 
 class Motion(NamedTuple):

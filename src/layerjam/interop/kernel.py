@@ -1,6 +1,6 @@
 """The C kernel, under the name by which other programs import it."""
 
-from layerjam.kernel.kernel import (
+from layerjam.brake.kernel.kernel import (
     CLOSED,
     OVERFLOW,
     REFUSED,

@@ -4,11 +4,11 @@ from importlib.resources import files
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-from layerjam.device.brake import Brake
-from layerjam.device.file import BrakeFile
-from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.kernel.parameters import parameters
+from layerjam.core.errors import QuantityError, UnknownNameError
 from layerjam.interop.tendon import Coupling, check_coupling
-from layerjam.kernel.parameters import parameters
 
 AnyBrake = str | BrakeFile | Brake
 INSTANCE = "layerjam"
@@ -19,7 +19,7 @@ HELD = 50e3
 
 def load_brake_file(brake: AnyBrake) -> BrakeFile | Brake:
     """Return the file of a catalogue name or path; other arguments are returned unchanged."""
-    from layerjam.device.load import load
+    from layerjam.brake.device.load import load
 
     return load(brake) if isinstance(brake, str) else brake
 

@@ -11,10 +11,9 @@ silently accepts plugins and plastic springs but computes something else, so the
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import jax
-import jax.numpy as jnp
-
-from layerjam.errors import MissingExtraError, QuantityError
+from layerjam.brake.kernel.parameters import Parameters, parameters
+from layerjam.brake.mechanics.tracing import jax, jnp
+from layerjam.core.errors import MissingExtraError, QuantityError
 from layerjam.interop.increment import Motion, make_motion, move_state
 from layerjam.interop.mjcf import AnyBrake, load_brake_file
 from layerjam.interop.tendon import (
@@ -25,7 +24,6 @@ from layerjam.interop.tendon import (
     find_tendon,
     series_compliance,
 )
-from layerjam.kernel.parameters import Parameters, parameters
 
 
 class Setup(NamedTuple):

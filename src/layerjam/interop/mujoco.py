@@ -11,7 +11,9 @@ the vacuum. Unlike `frictionloss`, both hold a load exactly, without creep.
 
 from typing import Any
 
-from layerjam.errors import CompilerError
+from layerjam.brake.kernel.kernel import Kernel
+from layerjam.brake.kernel.parameters import parameters
+from layerjam.core.errors import CompilerError
 from layerjam.interop.mjcf import AnyBrake, attach, load_brake_file, mjcf
 from layerjam.interop.plugin import import_mujoco, load, plugin
 from layerjam.interop.tendon import (
@@ -22,8 +24,6 @@ from layerjam.interop.tendon import (
     find_tendon,
     series_compliance,
 )
-from layerjam.kernel.kernel import Kernel
-from layerjam.kernel.parameters import parameters
 
 __all__ = ["AnyBrake", "Brake", "Coupling", "attach", "load", "mjcf", "plugin"]
 

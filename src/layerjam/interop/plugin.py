@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from layerjam.errors import CompilerError, MissingExtraError
-from layerjam.kernel.compiler import SOURCES, build_library
+from layerjam.brake.kernel.compiler import SOURCES, build_library
+from layerjam.core.errors import CompilerError, MissingExtraError
 
 SOURCE = Path(__file__).parent / "c" / "mujoco_plugin.c"
 _libraries: list[ctypes.CDLL] = []

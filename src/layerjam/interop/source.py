@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from layerjam._version import __version__
-from layerjam.kernel.compiler import SOURCES
-from layerjam.kernel.kernel import Precision
-from layerjam.kernel.parameters import UNITS, Parameters
+from layerjam.brake.kernel.compiler import SOURCES
+from layerjam.brake.kernel.kernel import Precision
+from layerjam.brake.kernel.parameters import UNITS, Parameters
 
 WRAPPERS = Path(__file__).parent / "c"
 """C code around the kernel: an example, the plugin for MuJoCo, the mock-up unit."""
@@ -52,7 +52,7 @@ def brake_header(name: str, numbers: Parameters, mark: str = "") -> str:
     )
     return f"""/* The brake {plain}, written by layerjam {__version__}. SI units.
 {note} *
- * It holds contact * vacuum * overlap when at rest: the greater static friction is not in it.
+ * At rest it resists contact * vacuum * overlap: the greater static friction is not in it.
  */
 #ifndef LAYERJAM_BRAKE_H
 #define LAYERJAM_BRAKE_H

@@ -8,8 +8,8 @@ from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.kernel.parameters import Parameters
+from layerjam.brake.kernel.parameters import Parameters
+from layerjam.core.errors import QuantityError, UnknownNameError
 
 Coupling = Literal["limited", "explicit", "implicit"]
 """Method that determines the force of a step: see `series_compliance`."""

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
-from layerjam.errors import LayerjamError
+from layerjam.core.errors import LayerjamError
 
 T = TypeVar("T")
 Tell = Callable[[str, float], None]

@@ -12,10 +12,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from layerjam.commands.results import Result
-from layerjam.errors import LayerjamError, find_error_quantity
-from layerjam.report.style import Figure, save
-from layerjam.verdict import list_failures
+from layerjam.core.command.results import Result
+from layerjam.core.drawing.style import Figure, save
+from layerjam.core.errors import LayerjamError, find_error_quantity
+from layerjam.core.verdict import list_failures
 from layerjam.workbench.call import Call, CallExport, disambiguate, python_blocks, python_code
 from layerjam.workbench.state import Pin
 from layerjam.workbench.widgets import one_line

@@ -17,18 +17,18 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from layerjam.commands.regulator import RegulatorSettings, make_regulator
-from layerjam.control.faults import make_injection
-from layerjam.control.settings import Regulator, validate
-from layerjam.errors import LayerjamError, QuantityError
-from layerjam.fluid.file import LineFile
-from layerjam.rig.address import address_of
-from layerjam.rig.execute import ProcedureBench, RunResult, open_procedure_bench
-from layerjam.rig.plant import HEALTHY, read_hardware
-from layerjam.rig.recorder import Block
-from layerjam.rig.stop import Stop
-from layerjam.rig.telemetry import PERIOD
-from layerjam.units import exact_text
+from layerjam.bench.commands.regulator import RegulatorSettings, make_regulator
+from layerjam.bench.control.faults import make_injection
+from layerjam.bench.control.settings import Regulator, validate
+from layerjam.bench.rig.address import address_of
+from layerjam.bench.rig.execute import ProcedureBench, RunResult, open_procedure_bench
+from layerjam.bench.rig.recorder import Block
+from layerjam.bench.rig.stop import Stop
+from layerjam.bench.rig.telemetry import PERIOD
+from layerjam.bench.rig.virtual_plant import HEALTHY, read_hardware
+from layerjam.brake.fluid.line_file import LineFile
+from layerjam.core.errors import LayerjamError, QuantityError
+from layerjam.core.units import exact_text
 from layerjam.workbench.answer import build_figure_notebook
 
 LEASE = 3.0
@@ -268,7 +268,8 @@ class BenchRecord:
 
     def figure(self, ending: str) -> bytes:
         """Return the figure as bytes."""
-        from layerjam.report import control_figures, style
+        from layerjam.bench.figures import control_figures
+        from layerjam.core.drawing import style
 
         figure = control_figures.draw_run(**self.columns, simulated=self.simulated)
         with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
@@ -286,7 +287,7 @@ class BenchRecord:
     def _python_source(self) -> str:
         lists = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())
         return (
-            "from math import nan\n\nfrom layerjam.report import style\n"
-            "from layerjam.report.control_figures import draw_run\n\n"
+            "from math import nan\n\nfrom layerjam.core.drawing import style\n"
+            "from layerjam.bench.figures.control_figures import draw_run\n\n"
             f"{''.join(lists)}figure = draw_run(time, vacuum, target, simulated={self.simulated})\n"
         )

@@ -8,17 +8,17 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from layerjam.commands import results
-from layerjam.commands.declare import load_command
-from layerjam.device.file import BrakeFile
-from layerjam.errors import LayerjamError, Notice
-from layerjam.fluid.file import LineFile
-from layerjam.identify.provenance import rename_files
-from layerjam.system import format_command_line
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.fluid.line_file import LineFile
+from layerjam.core.command.declare import load_command
+from layerjam.core.errors import LayerjamError, Notice
+from layerjam.core.outputs import field_key
+from layerjam.core.system import format_command_line
+from layerjam.laboratory.identify.provenance import rename_files
 
 if TYPE_CHECKING:
-    from layerjam.commands.declare import Parameter
-    from layerjam.design.requirements import DesignSpecification
+    from layerjam.core.command.declare import Parameter
+    from layerjam.workshop.design.requirements import DesignSpecification
 
 NOTE = (
     "save the NAME.toml sidecars in the same folder as the files; "
@@ -212,7 +212,7 @@ def parameters(name: str) -> "Mapping[str, Parameter]":
 def result_fields(name: str) -> Mapping[str, str]:
     """Return {key of a command's result: its description}."""
     keys = load_command(name).result.keys()
-    return MappingProxyType({results.field_key(f): f.metadata["result"] for f in keys})
+    return MappingProxyType({field_key(f): f.metadata["result"] for f in keys})
 
 
 def warning_key(warning: str) -> str:

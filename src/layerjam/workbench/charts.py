@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.report.chart import Curve, Ends, Pane
-from layerjam.report.style import GREY, INK
+from layerjam.core.drawing.chart import Curve, Ends, Pane
+from layerjam.core.drawing.style import GREY, INK
 
 LOW = 35.0
 """Height of a pane [%] below which its y axis has fewer tick labels."""

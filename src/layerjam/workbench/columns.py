@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 from nicegui import ui
 
-from layerjam.measure.preview import COLUMN_LIMIT, Preview
+from layerjam.laboratory.measure.preview import COLUMN_LIMIT, Preview
 from layerjam.workbench.widgets import button, dress
 
 UNITS = MappingProxyType(

@@ -7,9 +7,9 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.conversion import unit_factor
-from layerjam.errors import QuantityError
-from layerjam.units import QuantitySpec, exact_text, parse, show, usual_unit
+from layerjam.core.conversion import unit_factor
+from layerjam.core.errors import QuantityError
+from layerjam.core.units import QuantitySpec, exact_text, parse, show, usual_unit
 from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Bar, Field

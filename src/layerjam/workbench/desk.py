@@ -1,25 +1,20 @@
 """One tab's desk: its state, its brake and line, undo, and observers of changes."""
 
+import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
-from layerjam.device.file import BrakeFile
-from layerjam.device.load import catalogue, load
-from layerjam.errors import LayerjamError, QuantityError
-from layerjam.fluid.file import LineFile, lines, load_line
+from layerjam.brake.commands.edit import edit
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.load import catalogue, load
+from layerjam.brake.fluid.line_file import LineFile, lines, load_line
+from layerjam.core.errors import LayerjamError, QuantityError
 from layerjam.workbench.call import Subject
 from layerjam.workbench.state import MEASURED, Pin, State, Value
 from layerjam.workbench.uploads import Uploads
-
-if TYPE_CHECKING:
-    from layerjam.identify.calibration.law_spread import LawSpread
-import re
-from typing import Protocol
-
-from layerjam.commands.edit import edit
 
 STEPS = 200
 """Number of undo steps that are kept."""
@@ -35,8 +30,6 @@ class Desk:
         self.state = state or State()
         self.files = Uploads()
         """Files dropped in this tab of the browser, for every page; not in the state."""
-        self.laws: dict[str, LawSpread] = {}
-        """{TOML text of a brake: uncertainty of its law} of the brakes calibrated in this tab."""
         self._past: list[State] = []
         self._future: list[State] = []
         self._moved = ("", "")
@@ -74,10 +67,9 @@ class Desk:
         self._notify_watchers("files")
 
     def take_over_files(self, before: "Desk") -> None:
-        """Take over a discarded desk's files, with their pins, and its calibrations."""
+        """Take over a discarded desk's files, with their pins."""
         if not self.files.take_over_files(before.files):
             return
-        self.laws |= before.laws
         current = self.state.pins
         pins = (p for p in before.state.pins if p.command == MEASURED and p not in current)
         self.state = replace(self.state, pins=(*current, *pins))

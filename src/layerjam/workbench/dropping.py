@@ -9,12 +9,12 @@ import tomlkit
 from nicegui import background_tasks, events, run, ui
 from nicegui.elements.upload_files import FileUpload
 
-from layerjam.errors import FileError, LayerjamError
-from layerjam.measure.conditions import LIST, parse_list
-from layerjam.measure.sidecar import FOLDER, Facts, format_facts, parse_facts
-from layerjam.toml_files.toml import MAX_BYTES, decode_toml, parse_toml
-from layerjam.toml_files.writer import dump_toml
-from layerjam.units import QuantitySpec, build, get_spec, show
+from layerjam.core.errors import FileError, LayerjamError
+from layerjam.core.toml_files.toml import MAX_BYTES, decode_toml, parse_toml
+from layerjam.core.toml_files.writer import dump_toml
+from layerjam.core.units import QuantitySpec, build, get_spec, show
+from layerjam.laboratory.measure.conditions import LIST, parse_list
+from layerjam.laboratory.measure.sidecar import FOLDER, Facts, format_facts, parse_facts
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import detect_toml_kind
 from layerjam.workbench.session import ENDING, parse_session

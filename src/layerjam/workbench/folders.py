@@ -12,7 +12,7 @@ import tempfile
 import weakref
 from pathlib import Path
 
-from layerjam.system import lock_file
+from layerjam.core.system import lock_file
 
 PREFIX = "layerjam-workbench-"
 LOCK = ".in-use"

@@ -5,13 +5,13 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
 
-from layerjam.device.file import BrakeFile
-from layerjam.errors import LayerjamError
-from layerjam.fluid.file import LineFile
-from layerjam.measure.log import ACCELERATION, PRESSURE, TIME, read_log
-from layerjam.measure.runs import ENDING
-from layerjam.measure.sidecar import READ, Facts
-from layerjam.toml_files.toml import parse_toml
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.fluid.line_file import LineFile
+from layerjam.core.errors import LayerjamError
+from layerjam.core.toml_files.toml import parse_toml
+from layerjam.laboratory.measure.log import ACCELERATION, PRESSURE, TIME, read_log
+from layerjam.laboratory.measure.runs import ENDING
+from layerjam.laboratory.measure.sidecar import READ, Facts
 
 SPECIFICATION = frozenset({"vary", "objectives", "constraints", "weights", "stop"})
 """Keys that only a design specification contains."""
@@ -70,7 +70,7 @@ def _top_level_keys(paths: Mapping[str, object]) -> set[str]:
 
 def find_other_reader(path: Path) -> str:
     """Return the kind, in OTHER_READERS, of a file that no page reads; "" if it has none."""
-    from layerjam.identify.rubber.tensile import read_rubber
+    from layerjam.laboratory.identify.rubber.tensile import read_rubber
 
     if path.suffix == ENDING:
         return "run"

@@ -19,7 +19,7 @@ from weakref import WeakKeyDictionary
 
 from nicegui import Client, json, ui
 
-from layerjam.errors import MissingExtraError
+from layerjam.core.errors import MissingExtraError
 from layerjam.workbench.spoken import typeset_text
 
 NEEDED = (

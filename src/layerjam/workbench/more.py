@@ -6,10 +6,10 @@ from typing import Any
 
 from nicegui import events, ui
 
-from layerjam.commands.declare import PYTHON_ONLY, Help, OutFile, Parameter, Progress
-from layerjam.commands.quantities import ATMOSPHERE
-from layerjam.errors import LayerjamError
-from layerjam.units import usual_unit
+from layerjam.brake.commands.arguments import ATMOSPHERE
+from layerjam.core.command.declare import PYTHON_ONLY, Help, OutFile, Parameter, Progress
+from layerjam.core.errors import LayerjamError
+from layerjam.core.units import usual_unit
 from layerjam.workbench.call import Options, parameters
 from layerjam.workbench.controls import add_unit, on_submit
 from layerjam.workbench.page import Page

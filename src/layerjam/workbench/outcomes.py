@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.units import show
+from layerjam.core.units import show
 
 
 def describe_pull(result: Any) -> str:

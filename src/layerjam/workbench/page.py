@@ -7,12 +7,15 @@ from typing import Any
 
 from nicegui import Client, background_tasks, run, ui
 
-from layerjam.commands.pull_by_pull import HEADS, TITLE, format_cells
-from layerjam.commands.wording import format_words
-from layerjam.errors import find_error_quantity
+from layerjam.core.command.declare import load_command
+from layerjam.core.command.predicted import PredictionResult
+from layerjam.core.command.wording import format_words
+from layerjam.core.errors import find_error_quantity
+from layerjam.laboratory.commands.pull_by_pull import HEADS, TITLE, format_cells
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, collect_answers
 from layerjam.workbench.call import Call, Options, result_fields
+from layerjam.workbench.certainty import basis_html, interval_text
 from layerjam.workbench.controls import Choice, Control, Slider, read_number, read_word
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
@@ -214,27 +217,43 @@ class Page(View):
 
 
 class Figures:
-    """A small table of numbers: names on the left, values on the right, identified by key."""
+    """A small table of numbers: names on the left, values on the right, identified by key.
+
+    A predicted number has its 95 % interval below it, and the table ends with what they rest on.
+    """
 
     def __init__(self, page: str, command: str, keys: Sequence[str], **names: str) -> None:
         """Show the `keys` of the command's result; `names` renames keys that are unclear alone."""
         self._cells: dict[str, Words] = {}
+        self._intervals: dict[str, Words] = {}
+        self._ident = f"{page}-{command}-basis"
         meanings = result_fields(command)
+        self._basis: live.Table | None = None
+        is_predicted = issubclass(load_command(command).result, PredictionResult)
         with ui.grid(columns="auto auto").classes("figures gap-x-6 gap-y-1 items-baseline"):
             for key in keys:
                 name = names.get(key) or key_title(key)
                 label = ui.label(name).classes(QUIET)
                 if key in meanings:
                     label.tooltip(typeset_text(meanings[key]))
-                cell = dress(Words("–"), f"{page}-{key}", "text-base font-medium text-right")
-                self._cells[key] = cell
+                ident = f"{page}-{key}"
+                self._cells[key] = dress(Words("–"), ident, "text-base font-medium text-right")
+                if is_predicted:
+                    self._intervals[key] = dress(Words(""), f"{ident}-interval", "interval")
+            if is_predicted:
+                self._basis = live.Table().classes("basis-box")
 
     def fill(self, result: Any, but: Sequence[str] = ()) -> None:
         """Show the numbers of a result with their units, except `but`, which do not apply."""
         values, units = result.values, result.units
         for key, cell in self._cells.items():
-            value = None if key in but else values.get(key)
-            cell.set_text("–" if value is None else format_words(value, units.get(key, "1")))
+            value, unit = None if key in but else values.get(key), units.get(key, "1")
+            cell.set_text("–" if value is None else format_words(value, unit))
+            if key in self._intervals:
+                text = "" if value is None else interval_text(result, key, unit, value, digits=4)
+                self._intervals[key].set_text(text)
+        if self._basis is not None:
+            self._basis.set_content(basis_html(result, self._ident))
 
 
 class Box(ui.column):

@@ -8,8 +8,8 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.errors import LayerjamError, QuantityError
-from layerjam.report.chart import add_comparisons
+from layerjam.core.drawing.chart import add_comparisons
+from layerjam.core.errors import LayerjamError, QuantityError
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call

@@ -7,10 +7,10 @@ from typing import Any
 
 from nicegui import background_tasks, run, ui
 
-from layerjam.errors import LayerjamError, QuantityError
-from layerjam.fluid.closed_forms import reachable_vacuum
-from layerjam.simulate.to_peak import ToPeak, find_sheet_count_for_peak, find_vacuum_for_peak
-from layerjam.units import QuantitySpec, exact_text, show
+from layerjam.brake.fluid.closed_forms import reachable_vacuum
+from layerjam.brake.simulate.to_peak import ToPeak, find_sheet_count_for_peak, find_vacuum_for_peak
+from layerjam.core.errors import LayerjamError, QuantityError
+from layerjam.core.units import QuantitySpec, exact_text, show
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.controls import (
     Choice,

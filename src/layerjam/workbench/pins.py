@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from layerjam.errors import QuantityError
+from layerjam.core.errors import QuantityError
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import SHELVES, Desk, read_device
 from layerjam.workbench.more import find_other_inputs, is_file
@@ -16,7 +16,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 """{page: commands whose curves can be pinned there}; links with other commands are rejected."""
 BAND = "band"
-"""Option of a pinned pull that stores the error of its law, written by `LawError.text`."""
+"""Option of a pinned pull that is shown with its band; its text has no meaning."""
 LINES = ("rise", "regulate")
 """Commands that act on a vacuum line; all others act on a brake."""
 

@@ -11,16 +11,16 @@ from types import MappingProxyType
 
 import numpy as np
 
-from layerjam.errors import FileError, LayerjamError, MissingExtraError
-from layerjam.measure.options import ReadingOptions
-from layerjam.measure.preview import find_vacuum_columns, preview_file, read_column
-from layerjam.measure.readers.read import open_traces
-from layerjam.measure.readers.source import load_sources
-from layerjam.measure.run_text import make_run_facts
-from layerjam.measure.runs import ENDING, read_run
-from layerjam.measure.sidecar import Facts, read_facts
-from layerjam.measure.trace import Trace
-from layerjam.units import get_spec, show
+from layerjam.core.errors import FileError, LayerjamError, MissingExtraError
+from layerjam.core.units import get_spec, show
+from layerjam.laboratory.measure.options import ReadingOptions
+from layerjam.laboratory.measure.preview import find_vacuum_columns, preview_file, read_column
+from layerjam.laboratory.measure.readers.read import open_traces
+from layerjam.laboratory.measure.readers.source import load_sources
+from layerjam.laboratory.measure.run_text import make_run_facts
+from layerjam.laboratory.measure.runs import ENDING, read_run
+from layerjam.laboratory.measure.sidecar import Facts, read_facts
+from layerjam.laboratory.measure.trace import Trace
 from layerjam.workbench.kinds import OTHER_READERS, find_other_reader
 
 FRICTION, CALIBRATE, VALIDATE, ASIDE = "friction", "calibrate", "validate", "aside"

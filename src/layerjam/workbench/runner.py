@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.errors import LayerjamError
+from layerjam.core.errors import LayerjamError
 from layerjam.workbench.widgets import button, dress, one_line
 
 PATIENCE, LONG = 0.5, 2.0

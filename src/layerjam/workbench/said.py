@@ -10,13 +10,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from layerjam.errors import LayerjamError, QuantityError
-from layerjam.measure.options import KEYS, ReadingOptions
-from layerjam.measure.preview import Preview
-from layerjam.measure.readers.unit_words import ROLES as ROLES_OF_PULLS
-from layerjam.measure.sidecar import READ, Facts
-from layerjam.toml_files.writer import dump_toml
-from layerjam.units import get_spec
+from layerjam.core.errors import LayerjamError, QuantityError
+from layerjam.core.toml_files.writer import dump_toml
+from layerjam.core.units import get_spec
+from layerjam.laboratory.measure.options import KEYS, ReadingOptions
+from layerjam.laboratory.measure.preview import Preview
+from layerjam.laboratory.measure.readers.unit_words import ROLES as ROLES_OF_PULLS
+from layerjam.laboratory.measure.sidecar import READ, Facts
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.proposals import (
     ASIDE,

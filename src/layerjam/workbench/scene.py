@@ -11,12 +11,12 @@ from typing import Any
 from nicegui import ui
 from nicegui.elements.scene.scene_object3d import Object3D
 
-from layerjam.device.brake import Brake
-from layerjam.fabricate.outline import clamp_holes
-from layerjam.report.style import BLUE, GREY, ORANGE
-from layerjam.units import show
+from layerjam.brake.device.brake import Brake
+from layerjam.core.drawing.style import BLUE, GREY, ORANGE
+from layerjam.core.units import show
 from layerjam.workbench import live
 from layerjam.workbench.widgets import button, dress, hint
+from layerjam.workshop.fabricate.outline import clamp_holes
 
 UNIT = 0.01
 """Metres per unit of the scene."""

@@ -7,7 +7,7 @@ import ipaddress
 import secrets
 import socket
 import threading
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from typing import Any
 from urllib.parse import urlencode
 
@@ -15,8 +15,9 @@ from starlette.requests import HTTPConnection
 from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.websockets import WebSocketClose
 
-from layerjam.errors import QuantityError
-from layerjam.system import is_windows
+from layerjam.core.errors import QuantityError
+from layerjam.core.system import is_windows
+from layerjam.workbench.preparation import Preparation
 
 LOCAL = ("localhost", "127.0.0.1", "[::1]")
 HEADERS = {
@@ -174,10 +175,8 @@ def _bind_problem(number: int | None, host: str, port: int) -> str:
     return f"host: '{host[:60]}' is not an address of this machine"
 
 
-def serve(
-    *, host: str, port: int, show: bool, engine: Callable[[], None], token: str | None = None
-) -> None:
-    """Serve until interrupted; `engine` loads JAX in a thread.
+def serve(*, host: str, port: int, show: bool, token: str | None = None) -> None:
+    """Serve until interrupted.
 
     Raises ImportError if NiceGUI is missing, and QuantityError if it cannot listen.
     """
@@ -196,7 +195,7 @@ def serve(
 
     @ui.page("/", title="layerjam workbench", dark=None)
     def page(s: str = "") -> None:
-        build_frame(s, TABS, lambda: prepare_first_page(engine))
+        build_frame(s, TABS, prepare_first_page)
 
     host_name = f"[{host}]" if ":" in host else host
     names = (*LOCAL, host_name) if is_loopback(host) else None
@@ -205,7 +204,7 @@ def serve(
     greeting = f"workbench: {place}{f'?token={token}' if token else ''}  (press Ctrl-C to stop)"
     app.on_startup(lambda: print(greeting, flush=True))
     # the server is idle while the browser opens and loads the page
-    app.on_startup(threading.Thread(target=prepare_first_page, args=(engine,)).start)
+    app.on_startup(threading.Thread(target=prepare_first_page).start)
     app.on_startup(lambda: run.io_bound(remove_stale_folders))
     app.on_shutdown(delete_folders)
     with contextlib.suppress(KeyboardInterrupt):
@@ -224,20 +223,24 @@ def serve(
         )
 
 
-_preparing, _is_ready = threading.Lock(), threading.Event()
+def _load_code() -> None:
+    """Load the code of the first page, while the browser loads the page."""
+    from layerjam.workbench.desk import Desk
+    from layerjam.workbench.pages.start import Start
+
+    Start(Desk())
 
 
-def prepare_first_page(engine: Callable[[], None]) -> None:
-    """Load the code of the first page and compute its result once, while the page is loading."""
-    with _preparing:
-        if _is_ready.is_set():
-            return
-        engine()
-        from layerjam.workbench.desk import Desk
-        from layerjam.workbench.pages.start import Start
+def _compute_first_result() -> None:
+    from layerjam.workbench.desk import Desk
+    from layerjam.workbench.pages.start import Start
 
-        Start(Desk()).compute()
-        _is_ready.set()
+    Start(Desk()).compute()
+
+
+prepare_first_page = Preparation(
+    loading_the_numerical_code=_load_code, computing_the_first_pull=_compute_first_result
+)
 
 
 ICON = (

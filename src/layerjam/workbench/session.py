@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
-from layerjam.errors import FileError, QuantityError
+from layerjam.core.errors import FileError, QuantityError
 from layerjam.workbench.state import InvalidStateError, State, read_state
 from layerjam.workbench.uploads import LARGEST, MAX_FILES, Uploads
 

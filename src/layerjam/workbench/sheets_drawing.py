@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from layerjam.device.sheets import Sheets
-from layerjam.simulate.sheet_motion import SheetMotion
-from layerjam.units import show
+from layerjam.brake.device.sheets import Sheets
+from layerjam.brake.simulate.sheet_motion import SheetMotion
+from layerjam.core.units import show
 
 WIDE, CAP, EDGE = 860.0, 16.0, 8.0
 """Width of the drawing, width of a cap, and margin [pixels]."""

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from nicegui import run, ui
 
-from layerjam.errors import LayerjamError
-from layerjam.identify.origin import describe_origin
+from layerjam.core.errors import LayerjamError
+from layerjam.laboratory.identify.origin import describe_origin
 from layerjam.workbench.call import disambiguate, python_code
 from layerjam.workbench.copying import copy_text, show_copy
 from layerjam.workbench.desk import Desk, forget_desk, move_files
@@ -17,7 +17,7 @@ from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
 from layerjam.workbench.session import ENDING, format_session, read_kept_files
 from layerjam.workbench.state import LONGEST_LINK, format_link, parse_link
-from layerjam.workbench.widgets import button, dress, read_asset
+from layerjam.workbench.widgets import button, dress, read_asset, status
 
 # animated panels move away while the user clicks them
 ui.expansion.default_props("duration=0")
@@ -60,13 +60,10 @@ def build_frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> 
     if desk.state.page not in kinds:
         desk.state = replace(desk.state, page=tabs[0].name)
     pages: dict[str, Page] = {}
-    for style in ("utilities.css", "workbench.css"):
-        ui.add_css(read_asset(style))
-    for script in SCRIPTS:
-        ui.add_body_html(f"<script>{read_asset(script)}</script>")
-    ui.colors(primary="#0B5C8E", negative="#B3261E", positive="#1E7A37")
+    _add_assets()
     dark = ui.dark_mode(None)
     heads = _build_header(desk, tabs, pages, dark)
+    _show_preparation(prepare)
     with (
         ui.tab_panels(heads, value=desk.state.page, animated=False)
         .classes("w-full")
@@ -120,6 +117,31 @@ def build_frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> 
         await open_tab(desk.state.page)
 
     ui.timer(0.01, start_tab, once=True)
+
+
+def _add_assets() -> None:
+    """Add the styles, scripts and colours of all pages."""
+    for style in ("utilities.css", "workbench.css"):
+        ui.add_css(read_asset(style))
+    for script in SCRIPTS:
+        ui.add_body_html(f"<script>{read_asset(script)}</script>")
+    ui.colors(primary="#0B5C8E", negative="#B3261E", positive="#1E7A37")
+
+
+def _show_preparation(prepare: Callable[[], None]) -> None:
+    """State the current step of the preparation, until it is done."""
+    text: str = getattr(prepare, "text", "")
+    if not text:
+        return
+    line = status("preparing", "frame-preparing", text)
+
+    def update() -> None:
+        line.set_text(current := getattr(prepare, "text", ""))
+        if not current:
+            timer.cancel()
+            line.set_visibility(False)
+
+    timer = ui.timer(0.1, update)
 
 
 def _build_header(

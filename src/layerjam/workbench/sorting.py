@@ -8,10 +8,10 @@ from typing import Any
 
 from nicegui import run, ui
 
-from layerjam.errors import LayerjamError
-from layerjam.identify.provenance import rename_files
-from layerjam.measure.conditions import LIST
-from layerjam.measure.preview import Preview, preview_file
+from layerjam.core.errors import LayerjamError
+from layerjam.laboratory.identify.provenance import rename_files
+from layerjam.laboratory.measure.conditions import LIST
+from layerjam.laboratory.measure.preview import Preview, preview_file
 from layerjam.workbench.columns import ColumnTable
 from layerjam.workbench.controls import add_unit
 from layerjam.workbench.desk import Desk

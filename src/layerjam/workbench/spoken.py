@@ -28,7 +28,7 @@ OTHERWISE = MappingProxyType(
 """{option: name of its control, if it differs}."""
 PHRASES = (
     (r"tensile --model stack", "'sheet by sheet' model of a pull"),
-    (r"; 'layerjam pull --tare' shows its effect, and depth curves can", "; whole curves can"),
+    (r"; --tare subtracts it, and depth curves can", "; whole curves can"),
     (r" \(--tare subtracts it\)", ""),
     (r", or give a pattern for its name \(--names '[^']*'\)", ""),
     (r"--standard d1894", "'Evaluate friction tests as', ASTM D1894,"),
@@ -38,9 +38,9 @@ PHRASES = (
         r" \(--negative (force|elongation)\)",
         r" (click the \1 header and reverse its sign)",
     ),
-    (r" \(--decimal\)", " (choose the decimal separator)"),
+    (r" \(--decimal \. or --decimal ,\)", " (choose the decimal separator)"),
     (r" \(--specimen 1\)", " (choose a specimen)"),
-    (r" \(--sheet NAME\)", " (choose a worksheet)"),
+    (r" \(--sheet [^)]*\)", " (choose a worksheet)"),
     (r"layerjam (\w[\w-]*) --[a-z-]+", r"layerjam \1"),
 )
 """(pattern, replacement) of phrases that contain more than a flag."""

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from layerjam.errors import QuantityError
+from layerjam.core.errors import QuantityError
 
 LONGEST_LINK = 30_000
 LARGEST = 200_000

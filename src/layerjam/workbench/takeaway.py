@@ -7,8 +7,8 @@ from typing import Any, Protocol
 
 from nicegui import run, ui
 
-from layerjam.errors import LayerjamError
-from layerjam.toml_files.table_text import comment, format_rows
+from layerjam.core.errors import LayerjamError
+from layerjam.core.toml_files.table_text import comment, format_rows
 from layerjam.workbench import copying
 from layerjam.workbench.widgets import button, one_line
 

@@ -9,6 +9,7 @@ import io
 import itertools
 import re
 import threading
+import unicodedata
 import weakref
 import zipfile
 from collections.abc import Iterable, Mapping
@@ -18,11 +19,11 @@ from pathlib import Path
 from nicegui import run
 from nicegui.elements.upload_files import FileUpload
 
-from layerjam.errors import FileError, QuantityError
-from layerjam.identify.provenance import rename_files
-from layerjam.measure.runs import ENDING
-from layerjam.measure.sidecar import sidecar_path as sidecar_of
-from layerjam.toml_files.toml import decode_toml
+from layerjam.core.errors import FileError, QuantityError
+from layerjam.core.toml_files.toml import decode_toml
+from layerjam.laboratory.identify.provenance import rename_files
+from layerjam.laboratory.measure.runs import ENDING
+from layerjam.laboratory.measure.sidecar import sidecar_path as sidecar_of
 from layerjam.workbench.call import DataFile
 from layerjam.workbench.folders import Folder
 
@@ -252,8 +253,8 @@ def delete_folders() -> None:
 
 
 def clean_name(name: str) -> str:
-    """Return the last component of a path, printable and at most LONGEST_NAME characters long."""
-    last = re.split(r"[/\\]", str(name)[-4 * LONGEST_NAME :])[-1]
+    """Return the last component of a path in NFC, printable, at most LONGEST_NAME characters."""
+    last = re.split(r"[/\\]", unicodedata.normalize("NFC", str(name)[-4 * LONGEST_NAME :]))[-1]
     text = " ".join("".join(c if c.isprintable() else " " for c in last).split())
     if len(text) > LONGEST_NAME:
         tail = Path(text).suffix[:12]

@@ -5,11 +5,13 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from html import escape
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from nicegui import events, ui
 
+from layerjam.core.units import show
 from layerjam.workbench import live
+from layerjam.workbench.certainty import basis_html, interval_meaning, interval_text
 from layerjam.workbench.spoken import format_sentence, typeset_text
 
 E = TypeVar("E", bound=ui.element)
@@ -164,8 +166,24 @@ def one_line(error: object) -> str:
     return format_sentence(error)
 
 
-Hero = tuple[str, str, str]
-"""A key, its description, and its value with unit."""
+class Hero(NamedTuple):
+    """A large number: its key on the page, its name, its value with unit, and its interval."""
+
+    key: str
+    name: str
+    text: str
+    interval: str = ""
+    meaning: str = ""
+    """Sentence on what the interval contains."""
+
+
+def predicted_hero(ident: str, name: str, result: Any, key: str) -> Hero:
+    """Return the large number `key` of a result, with its 95 % interval if there is one."""
+    value, unit = getattr(result, key), result.units[key]
+    interval = interval_text(result, key, unit, value)
+    return Hero(ident, name, show(value, unit), interval, interval_meaning(result, key))
+
+
 _NUMBER = re.compile(r"\d+\.?\d*")
 
 
@@ -186,18 +204,29 @@ class Heroes:
         self._page = page
         self._table = dress(live.Table(), f"{page}-heroes", "w-full")
 
-    def fill(self, numbers: Sequence[Hero]) -> None:
-        """Show the numbers in the given order."""
-        self._table.set_content(headline_html(self._page, numbers))
+    def fill(self, numbers: Sequence[Hero], source: Any = None, subject: str = "") -> None:
+        """Show the numbers in the given order, and what those of the result `source` rest on.
+
+        The `subject` names these numbers, unless all numbers are from `source`.
+        """
+        basis = basis_html(source, f"{self._page}-basis", subject) if numbers else ""
+        self._table.set_content(headline_html(self._page, numbers) + basis)
 
 
 def headline_html(page: str, numbers: Sequence[Hero]) -> str:
-    """Return large numbers as HTML: three digits, all digits on hover, and a smaller unit."""
+    """Return large numbers as HTML: three digits, all digits on hover, and a smaller unit.
+
+    An interval is a smaller line below its number.
+    """
     cells = []
-    for key, name, text in numbers:
+    for key, name, text, interval, meaning in numbers:
         value, _, unit = round_value(text).rpartition(" ") if " " in text else (text, "", "")
         small = f" <small>{escape(unit)}</small>" if unit else ""
         ident = escape(f"{page}-{key}")
         cell = f'<dd data-testid="{ident}" title="{escape(text)}">{escape(value)}{small}</dd>'
+        if interval:
+            tip = f' title="{escape(meaning)}"' if meaning else ""
+            below = f'data-testid="{ident}-interval"{tip}'
+            cell += f'<dd class="interval" {below}>{escape(interval)}</dd>'
         cells.append(f"<div><dt>{escape(name)}</dt>{cell}</div>")
     return f'<dl class="heroes">{"".join(cells)}</dl>'

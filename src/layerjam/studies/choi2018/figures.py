@@ -1,19 +1,19 @@
 """The paper's figures, drawn from our model, with the numbers that the paper prints."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
-from layerjam.device.brake import Brake, mass
-from layerjam.device.load import load
-from layerjam.identify.calibration.record import Calibration
-from layerjam.mechanics.enclosure import enclosure_force
-from layerjam.mechanics.limits import self_closing_vacuum
-from layerjam.mechanics.pull import brake_force, force_at_elongation, peak
-from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.report import style
-from layerjam.report.style import BLUE, GREEN, GREY, KPA, MM, ORANGE, PURPLE, RED, VACUUMS
+from layerjam.brake.device.brake import Brake, mass
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.enclosure import enclosure_force
+from layerjam.brake.mechanics.limits import self_closing_vacuum
+from layerjam.brake.mechanics.pull import brake_force, force_at_elongation, peak
+from layerjam.brake.mechanics.stiffness import working_stiffness
+from layerjam.core.drawing import style
+from layerjam.core.drawing.style import BLUE, GREEN, GREY, KPA, MM, ORANGE, PURPLE, RED, VACUUMS
+from layerjam.core.evolve import evolve
+from layerjam.laboratory.identify.calibration.result import Calibration
 
 FIG4 = (94.5e3, 65.5e3, 31.0e3, 0.0)
 FIG7 = (80.6e3, 46.1e3, 18.6e3)
@@ -71,7 +71,7 @@ def draw_fig7_9() -> style.Figure:
         brake, ends = load(name).brake, []
         for vacuum, color in zip(FIG7, VACUUMS, strict=False):
             u, after = _run_pull(vacuum, brake)
-            before = np.interp(u, *_run_pull(vacuum, replace(brake, scale_factor=1.0)))
+            before = np.interp(u, *_run_pull(vacuum, evolve(brake, scale_factor=1.0)))
             style.add_band(axes, u * MM, before, after, color, 0.13)
             axes.plot(u * MM, before, color=color, lw=1.2, ls=style.DASHED)
             axes.plot(u * MM, after, color=color)
@@ -142,7 +142,7 @@ def draw_sheets_and_mass() -> style.Figure:
     """Draw force and mass versus the number of sheets, with the paper's 17.5 N and 0.4 g."""
     brake = load("choi2018-kapton").brake
     counts = np.arange(3, 32)
-    variants = [replace(brake, sheets=replace(brake.sheets, count=int(n))) for n in counts]
+    variants = [evolve(brake, sheets=evolve(brake.sheets, count=int(n))) for n in counts]
     force = [float(peak(FULL, 0.06, variant).force) for variant in variants]
     weight = [mass(variant) * 1e3 for variant in variants]
     place = int(np.flatnonzero(counts == 11)[0])

@@ -5,23 +5,23 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.device.brake import Brake
-from layerjam.device.load import load
-from layerjam.mechanics.stop.exact import STOPPED, stop
-from layerjam.mechanics.stop.tune import tuned_vacuum
-from layerjam.mechanics.threads import cache_threadsafe
-from layerjam.simulate.accelerometer import (
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.stop.exact import STOPPED, stop
+from layerjam.brake.mechanics.stop.tune import tuned_vacuum
+from layerjam.brake.simulate.accelerometer import (
     ADXL193,
     CLASSES,
     cfc_filter,
     filter_memory,
     measure_acceleration,
 )
-from layerjam.simulate.accelerometer import specific_force as specific_force_of
-from layerjam.simulate.drop import drop, series_spring
-from layerjam.simulate.record import DropRecord
+from layerjam.brake.simulate.accelerometer import specific_force as specific_force_of
+from layerjam.brake.simulate.drop import drop, series_spring
+from layerjam.brake.simulate.record import DropRecord
+from layerjam.core.threads import cache_threadsafe
+from layerjam.core.units import show
 from layerjam.studies.choi2018.claims import Claim, claim
-from layerjam.units import show
 
 MASS, SPEED, FASTEST, SLIP, FULL, G = 1.0, 2.5, 3.7, 0.040, 94.5e3, 9.80665
 PAPER_TUNED, PAPER_FULL, PAPER_BARE = 2.0, 10.0, 50.0

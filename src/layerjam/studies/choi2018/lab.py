@@ -4,7 +4,7 @@ The paper's raw curves are not published. This module runs the paper's procedure
 virtual test machine whose true values are the paper's results, and checks that it recovers them.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,21 +12,22 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.campaigns.campaign import campaign
-from layerjam.campaigns.exports import LAYOUTS, write_trace
-from layerjam.campaigns.faults import Faults
-from layerjam.campaigns.spec import FrictionTests, Pulls, Spec, Truth
-from layerjam.device.file import BrakeFile
-from layerjam.device.load import load
-from layerjam.identify.calibration.peaks import calibrate
-from layerjam.identify.calibration.record import Calibration
-from layerjam.identify.friction.reduction import FrictionResult, reduce_friction
-from layerjam.identify.pull.features import PullFeatures, pull_features
-from layerjam.identify.validation.metrics import Validation, validate_pulls
-from layerjam.measure.readers.read import read_trace
-from layerjam.mechanics.pull import factor_and_stiffness_of_eq8_and_eq9, peak
-from layerjam.mechanics.stiffness import stiffness_before_slip
-from layerjam.report import style
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.pull import factor_and_stiffness_of_eq8_and_eq9, peak
+from layerjam.brake.mechanics.stiffness import stiffness_before_slip
+from layerjam.core.drawing import style
+from layerjam.core.evolve import evolve
+from layerjam.laboratory.campaigns.campaign import campaign
+from layerjam.laboratory.campaigns.exports import LAYOUTS, write_trace
+from layerjam.laboratory.campaigns.faults import Faults
+from layerjam.laboratory.campaigns.spec import FrictionTests, Pulls, Spec, Truth
+from layerjam.laboratory.identify.calibration.peaks import calibrate
+from layerjam.laboratory.identify.calibration.result import Calibration
+from layerjam.laboratory.identify.friction.reduction import FrictionResult, reduce_friction
+from layerjam.laboratory.identify.pull.features import PullFeatures, pull_features
+from layerjam.laboratory.identify.validation.metrics import Validation, validate_pulls
+from layerjam.laboratory.measure.readers.read import read_trace
 from layerjam.studies.choi2018 import figures
 from layerjam.studies.choi2018.claims import Claim, claim
 from layerjam.studies.choi2018.figures import CALIBRATED, FIG7, FULL, NAMES, TESTED
@@ -81,7 +82,7 @@ def write_pulls(file: BrakeFile, folder: Path, pulls: Pulls, layout: str, stem: 
     spec = Spec(brakes=(Truth(brake=file),), seed=7, pulls=pulls, machine=PULL_MACHINE)
     film, ending = NAMES[file.name].lower(), LAYOUTS[layout].ending
     paths = []
-    for trace in campaign(replace(spec, seed=spec.seed + len(stem))).traces():
+    for trace in campaign(evolve(spec, seed=spec.seed + len(stem))).traces():
         facts = trace.facts
         condition = f"{(facts.vacuum or 0.0) / 1e3:.1f}kPa-{(facts.speed or 0.0) * 1e3:g}mms"
         path = folder / f"{stem}-{film}-{condition}-{facts.repeat}{ending}"
@@ -107,15 +108,15 @@ def run_film_study(name: str) -> FilmRun:
         tests = [read_trace(p) for p in write_friction_files(file, folder)]
         pull = read_pulls(write_pulls(file, folder, CALIBRATED_ON, "testxpert", "calibration"))
         pulls = read_pulls(write_pulls(file, folder, VALIDATED_ON, "bluehill", "validation"))
-    calibration = calibrate(pull, replace(file.brake, scale_factor=1.0))
-    fitted_brake = replace(
+    calibration = calibrate(pull, evolve(file.brake, scale_factor=1.0))
+    fitted_brake = evolve(
         file.brake, scale_factor=calibration.scale_factor, stiffness_measured=calibration.stiffness
     )
     return FilmRun(
         file=file,
         friction=reduce_friction(tests, NORMAL_FORCE),
         calibration=calibration,
-        uncalibrated=validate_pulls(pulls, replace(fitted_brake, scale_factor=1.0)),
+        uncalibrated=validate_pulls(pulls, evolve(fitted_brake, scale_factor=1.0)),
         calibrated=validate_pulls(pulls, fitted_brake),
     )
 

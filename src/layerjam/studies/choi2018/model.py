@@ -1,30 +1,34 @@
 """Claims that can be tested with the force laws."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from layerjam.design.published import published_devices
-from layerjam.device.brake import Brake, enclosure_mass, mass, sheet_mass
-from layerjam.device.load import load
-from layerjam.fluid.closed_forms import rise_time
-from layerjam.fluid.file import load_line
-from layerjam.mechanics.enclosure import enclosure_force, enclosure_stretch
-from layerjam.mechanics.energy import slip_work
-from layerjam.mechanics.friction import holding_force, sheet_friction
-from layerjam.mechanics.limits import buckling_force
-from layerjam.mechanics.pull import brake_force, peak, peak_vacuum
-from layerjam.mechanics.stiffness import mount_stiffness, stiffness_before_slip, stiffness_sliding
-from layerjam.mechanics.stop.exact import STOPPED, stop
-from layerjam.mechanics.stop.tune import tuned_vacuum, vacuum_eq10
-from layerjam.simulate.drop import series_spring
-from layerjam.simulate.procedure import simple_pull
-from layerjam.simulate.rope_alone import simulate_damped_rope
-from layerjam.simulate.tensile import tensile
+from layerjam.brake.device.brake import Brake, enclosure_mass, mass, sheet_mass
+from layerjam.brake.device.load import load
+from layerjam.brake.fluid.closed_forms import rise_time
+from layerjam.brake.fluid.line_file import load_line
+from layerjam.brake.mechanics.enclosure import enclosure_force, enclosure_law, enclosure_stretch
+from layerjam.brake.mechanics.energy import slip_work
+from layerjam.brake.mechanics.friction import friction_per_contact, holding_force, sheet_friction
+from layerjam.brake.mechanics.limits import buckling_force
+from layerjam.brake.mechanics.pull import brake_force, peak, peak_vacuum
+from layerjam.brake.mechanics.stiffness import (
+    mount_stiffness,
+    stiffness_before_slip,
+    stiffness_sliding,
+)
+from layerjam.brake.mechanics.stop.exact import STOPPED, stop
+from layerjam.brake.mechanics.stop.tune import tuned_vacuum, vacuum_eq10
+from layerjam.brake.simulate.drop import series_spring
+from layerjam.brake.simulate.procedure import simple_pull
+from layerjam.brake.simulate.rope_alone import simulate_damped_rope
+from layerjam.brake.simulate.tensile import tensile
+from layerjam.core.evolve import evolve
+from layerjam.core.units import show
 from layerjam.studies.choi2018.claims import Claim, claim
 from layerjam.studies.choi2018.figures import CALIBRATED, FULL, NAMES, STIFFNESSES, TESTED
-from layerjam.units import show
+from layerjam.workshop.design.published import published_devices
 
 G = 9.80665
 
@@ -99,9 +103,9 @@ def claim_materials() -> list[Claim]:
 
 
 def _slope_at(slip: float, vacuum: float, brake: Brake) -> float:
-    import jax
-
-    return float(jax.grad(lambda x: brake_force(x, vacuum, brake))(slip))
+    """Return the slope of the force versus slip [N/m] at a slip [m] and vacuum [Pa]."""
+    face = enclosure_law(vacuum, brake).point_at(slip**0.5)
+    return float(face.force_slope / face.slip_slope - friction_per_contact(vacuum, brake))
 
 
 def claim_fluids() -> list[Claim]:
@@ -184,7 +188,7 @@ def claim_damping() -> list[Claim]:
 def claim_force_density() -> list[Claim]:
     """Return the claims in section III-F, Fig. 12."""
     kapton, _ = load_brakes()
-    thicker_stack = replace(kapton, sheets=replace(kapton.sheets, count=kapton.sheets.count + 1))
+    thicker_stack = evolve(kapton, sheets=evolve(kapton.sheets, count=kapton.sheets.count + 1))
     top = _compute_peak(kapton)
     best = max(published_devices().devices, key=lambda device: device.density)
     return [

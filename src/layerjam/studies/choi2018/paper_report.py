@@ -6,24 +6,13 @@ from functools import partial
 from pathlib import Path
 
 from layerjam._version import __version__
-from layerjam.commands.declare import Progress
-from layerjam.device.file import BrakeFile
-from layerjam.identify.calibration.record import Calibration
-from layerjam.identify.friction.reduction import FrictionResult
-from layerjam.identify.validation.metrics import Validation
-from layerjam.measure.trace import Trace
-from layerjam.mechanics.threads import Workers, cache_threadsafe
-from layerjam.report import (
-    density_figures,
-    figures,
-    fluid_figures,
-    impact_figures,
-    line_pictures,
-    stack_figures,
-    style,
-)
-from layerjam.report.folder import check_folder, figure_files, format_json, write_folder
-from layerjam.report.page import (
+from layerjam.bench.figures import line_pictures
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.figures import fluid_figures, force_figures, impact_figures, stack_figures
+from layerjam.core.command.declare import Progress
+from layerjam.core.drawing import style
+from layerjam.core.drawing.folder import check_folder, figure_files, format_json, write_folder
+from layerjam.core.drawing.page import (
     NONE,
     Page,
     Part,
@@ -34,6 +23,12 @@ from layerjam.report.page import (
     require_extras,
     to_html,
 )
+from layerjam.core.threads import Workers, cache_threadsafe
+from layerjam.laboratory.figures import calibration_figure, friction_figures, validation_figures
+from layerjam.laboratory.identify.calibration.result import Calibration
+from layerjam.laboratory.identify.friction.reduction import FrictionResult
+from layerjam.laboratory.identify.validation.metrics import Validation
+from layerjam.laboratory.measure.trace import Trace
 from layerjam.studies.choi2018 import figures as paper_figures
 from layerjam.studies.choi2018 import impact, model, sensor_figures, speed, speed_figures
 from layerjam.studies.choi2018 import lab as laboratory
@@ -41,6 +36,7 @@ from layerjam.studies.choi2018.claims import Claim, Verdict, claim, count_verdic
 from layerjam.studies.machines import page
 from layerjam.studies.machines.registry import load_scenario
 from layerjam.studies.machines.verdict import Result
+from layerjam.workshop.figures import density_figures
 
 TITLE = "A soft brake on paper, recomputed"
 LEAD = (
@@ -158,7 +154,6 @@ def write_report(
     pool = Workers(2)
     try:
         # the claims are computed while the figures are drawn
-        pool.submit(stack_figures.compile_loops)
         futures = {name: [pool.submit(work) for work in CLAIMS.get(name, ())] for name in parts}
         every = [*extra, *(make_part(name, FIGURES) for name in parts)]
         pictures = [picture for part in every for picture in part.pictures]
@@ -242,9 +237,13 @@ def make_main_part(
     `vacuum` is (slip [m], required force [N], vacuum [Pa]).
     """
     draw: dict[str, Draw] = {
-        "run-friction": partial(figures.draw_friction, traces, friction),
-        "run-calibration": partial(figures.calibration, file, calibration, synthetic=True),
-        "run-validation": partial(figures.draw_validation, file, validation, synthetic=True),
-        "run-vacuum": partial(figures.plot_force_vacuum, file, *vacuum),
+        "run-friction": partial(friction_figures.draw_friction, traces, friction),
+        "run-calibration": partial(
+            calibration_figure.draw_calibration, file, calibration, synthetic=True
+        ),
+        "run-validation": partial(
+            validation_figures.draw_validation, file, validation, synthetic=True
+        ),
+        "run-vacuum": partial(force_figures.plot_force_vacuum, file, *vacuum),
     }
     return make_part("main-job", draw)

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Annotated
 
-from layerjam.commands.declare import Help, Progress, command
-from layerjam.commands.quantities import Overwrite
-from layerjam.commands.results import Result, fact, result
+from layerjam.brake.commands.arguments import Overwrite
+from layerjam.core.command.declare import Help, Progress, command
+from layerjam.core.command.results import Result, fact, result
 
 
 @result
@@ -26,7 +26,7 @@ class Reproduction(Result):
     )
 
 
-@command("share")
+@command("develop")
 def reproduce(
     out: Annotated[str | Path, Help("Folder for the report.", metavar="DIR", option="--out")],
     *,

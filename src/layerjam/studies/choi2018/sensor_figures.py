@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from layerjam.report import style
-from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA, MS, ORANGE, PURPLE, RED, SKY
-from layerjam.simulate.accelerometer import (
+from layerjam.brake.simulate.accelerometer import (
     ADXL193,
     CLASSES,
     IDEAL,
@@ -12,10 +10,12 @@ from layerjam.simulate.accelerometer import (
     measure_acceleration,
     specific_force,
 )
-from layerjam.simulate.record import DropRecord
+from layerjam.brake.simulate.record import DropRecord
+from layerjam.core.drawing import style
+from layerjam.core.drawing.style import BLUE, GREEN, GREY, INK, KPA, MS, ORANGE, PURPLE, RED, SKY
+from layerjam.core.units import show
 from layerjam.studies.choi2018 import impact
 from layerjam.studies.choi2018.impact import PAPER_BARE, PAPER_FULL, PAPER_TUNED, G
-from layerjam.units import show
 
 NAMES = ("ADXL193", *(f"CFC {c}" for c in CLASSES))
 COLORS = dict(zip(NAMES, (BLUE, RED, ORANGE, PURPLE, SKY), strict=True))

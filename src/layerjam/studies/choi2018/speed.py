@@ -5,18 +5,23 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.device.brake import Brake
-from layerjam.device.load import load
-from layerjam.mechanics.friction import holding_force, sheet_friction
-from layerjam.mechanics.pull import brake_force
-from layerjam.mechanics.stick_slip.laws import critical_speed, film_curve, slow_saw
-from layerjam.mechanics.stick_slip.wet import ILLUSTRATIVE, ILLUSTRATIVE_VISCOUS, wet_force
-from layerjam.mechanics.threads import cache_threadsafe
-from layerjam.simulate.procedure import simple_pull
-from layerjam.simulate.stack import tensile_stack
-from layerjam.simulate.stick_slip import make_slide, moving_mass, series_stiffness, single_event
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.friction import holding_force, sheet_friction
+from layerjam.brake.mechanics.pull import brake_force
+from layerjam.brake.mechanics.stick_slip.laws import critical_speed, film_curve, slow_saw
+from layerjam.brake.mechanics.stick_slip.wet import ILLUSTRATIVE, ILLUSTRATIVE_VISCOUS, wet_force
+from layerjam.brake.simulate.procedure import simple_pull
+from layerjam.brake.simulate.stack import tensile_stack
+from layerjam.brake.simulate.stick_slip import (
+    make_slide,
+    moving_mass,
+    series_stiffness,
+    single_event,
+)
+from layerjam.core.threads import cache_threadsafe
+from layerjam.core.units import show
 from layerjam.studies.choi2018.claims import Claim, claim
-from layerjam.units import show
 
 FULL, SLOW, FAST = 94.5e3, 1e-3, 25e-3
 FILMS = {"Kapton": "choi2018-kapton", "PTFE": "choi2018-ptfe"}

@@ -5,26 +5,26 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.device.load import load
-from layerjam.mechanics.pull import brake_force
-from layerjam.mechanics.stick_slip.laws import critical_speed
-from layerjam.mechanics.stick_slip.wet import (
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.pull import brake_force
+from layerjam.brake.mechanics.stick_slip.laws import critical_speed
+from layerjam.brake.mechanics.stick_slip.wet import (
     ILLUSTRATIVE,
     ILLUSTRATIVE_VISCOUS,
     WetFilm,
     wet_force,
     wet_stress,
 )
-from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.report import style
-from layerjam.report.style import BLUE, GREY, INK, KPA, MM, ORANGE, RED, VACUUMS
-from layerjam.simulate.stick_slip import (
+from layerjam.brake.mechanics.stiffness import working_stiffness
+from layerjam.brake.simulate.stick_slip import (
     amplitude_map,
     force_bounds,
     make_slide,
     moving_mass,
     series_stiffness,
 )
+from layerjam.core.drawing import style
+from layerjam.core.drawing.style import BLUE, GREY, INK, KPA, MM, ORANGE, RED, VACUUMS
 from layerjam.studies.choi2018.figures import FIG4, FULL
 from layerjam.studies.choi2018.speed import DAMPING, FAST, FILMS, SLOW, STRIBECK, study_fig4
 

@@ -10,25 +10,30 @@ hold with their kinetic friction; the additional static friction is not counted.
 import math
 from typing import Any, NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from layerjam.errors import QuantityError
-from layerjam.fluid.closed_forms import fall_by_pump, fall_by_valve, pumping_time, reachable_vacuum
-from layerjam.fluid.energy import jam_work
-from layerjam.fluid.line import Line
-from layerjam.mechanics.ageing import aged_holding_force
-from layerjam.mechanics.fan import require_flat
-from layerjam.mechanics.friction import holding_force
-from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.speed import remove_idle_speed_law
+from layerjam.brake.fluid.closed_forms import (
+    fall_by_pump,
+    fall_by_valve,
+    pumping_time,
+    reachable_vacuum,
+)
+from layerjam.brake.fluid.line import Line
+from layerjam.brake.fluid.vacuum_energy import jam_work
+from layerjam.brake.mechanics.ageing import aged_holding_force
+from layerjam.brake.mechanics.arrays import scan, xp
+from layerjam.brake.mechanics.effects import remove_idle_speed_law
+from layerjam.brake.mechanics.fan import require_flat
+from layerjam.brake.mechanics.friction import holding_force
+from layerjam.brake.mechanics.law import compiled
+from layerjam.brake.mechanics.stiffness import working_stiffness
+from layerjam.core.errors import QuantityError
+from layerjam.core.units import show
 from layerjam.studies.machines import restraint
 from layerjam.studies.machines.readiness import scale_line
 from layerjam.studies.machines.restraint import Strap
 from layerjam.studies.machines.scenario import Array, declare_fields
 from layerjam.studies.machines.verdict import Machine, Result
-from layerjam.units import show
 
 SAMPLES = 1200
 """Number of samples in a stride."""
@@ -104,8 +109,8 @@ class AnkleClutch(Machine):
             brakes.parallel, brakes.series, vacuum, self.spring.stiffness, brake
         )
         wide = np.broadcast_to(payout, vacuum.T.shape).T
-        step = 1 / (SAMPLES * jnp.asarray(rate))
-        slip, force = (np.asarray(a) for a in _slip_and_force(jnp.asarray(wide), step, straps))
+        step = 1 / (SAMPLES * xp.asarray(rate))
+        slip, force = (np.asarray(a) for a in _slip_and_force(xp.asarray(wide), step, straps))
         return Stride(force, slip, np.asarray(straps.onset), vacuum)
 
     def analyse(self) -> Result:
@@ -182,7 +187,7 @@ class AnkleClutch(Machine):
         return words
 
 
-@jax.jit
+@compiled
 def _slip_and_force(payout: Any, step: Any, straps: Strap) -> tuple[Any, Any]:
     """Return (slip, force) along a stride; payout and strap values have shape (N,) or (N, B).
 
@@ -199,10 +204,8 @@ def _slip_and_force(payout: Any, step: Any, straps: Strap) -> tuple[Any, Any]:
             pace = (slip - slip_before) / step
         return (slip, pace), (slip, restraint.tension(reach, slip, strap))
 
-    zero, rows = jnp.zeros_like(payout[0]), (payout, straps._replace(law=None))
-    rows_out: tuple[Any, Any] = jax.lax.scan(advance, (zero, None if law is None else zero), rows)[
-        1
-    ]
+    zero, rows = xp.zeros_like(payout[0]), (payout, straps._replace(law=None))
+    rows_out: tuple[Any, Any] = scan(advance, (zero, None if law is None else zero), rows)[1]
     return rows_out
 
 

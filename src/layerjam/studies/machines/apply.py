@@ -1,15 +1,15 @@
 """The `scenario` command: checks whether a machine with brakes, from a scenario file, can work."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from layerjam.commands.declare import Help, Input, Progress, command
-from layerjam.commands.quantities import Overwrite
-from layerjam.commands.results import Result, fact, number, result
-from layerjam.commands.wording import format_words
-from layerjam.errors import QuantityError
+from layerjam.brake.commands.arguments import Overwrite
+from layerjam.core.command.declare import Help, Input, Progress, command
+from layerjam.core.command.results import Result, fact, number, result
+from layerjam.core.command.wording import format_words
+from layerjam.core.errors import QuantityError, make_notices
+from layerjam.core.evolve import evolve
 
 if TYPE_CHECKING:
     from layerjam.studies.machines.verdict import Result as Machine
@@ -60,7 +60,7 @@ class MachineResult(Result):
 
     def pictures(self, progress: Progress) -> list[tuple[str, str]]:
         """Return (SVG text, caption) of each drawing on the machine's page, in order."""
-        from layerjam.report.style import format_svg
+        from layerjam.core.drawing.style import format_svg
         from layerjam.studies.machines.page import draw_pictures
 
         drawings = []
@@ -80,7 +80,7 @@ class MachineResult(Result):
         yield from ("", str(self.conclusion))
 
 
-@command("design")
+@command("develop")
 def scenario(
     scenario: Annotated[
         str | Path | None,
@@ -103,8 +103,8 @@ def scenario(
     enough. `results` has the machine's own keys, `units` the unit of each. Raises FileError for an
     invalid file, QuantityError for values out of bounds.
     """
-    from layerjam.report.folder import check_folder
-    from layerjam.report.page import require_extras
+    from layerjam.core.drawing.folder import check_folder
+    from layerjam.core.drawing.page import require_extras
     from layerjam.studies.machines import page
     from layerjam.studies.machines.registry import load_scenario
 
@@ -130,12 +130,12 @@ def scenario(
         mass=analysis.mass,
         limits=[limit.row() for limit in analysis.limits],
         results=analysis.own,
-        warnings=list(dict.fromkeys([*analysis.warnings, *machine.warnings()])),
+        warnings=make_notices(dict.fromkeys([*analysis.warnings, *machine.warnings()])),
         record=analysis,
     )
     if out is None:
         return summary
-    return replace(summary, page=str(page.write_page(analysis, summary.json(), Path(out), tell)))
+    return evolve(summary, page=str(page.write_page(analysis, summary.json(), Path(out), tell)))
 
 
 def machines() -> list[str]:

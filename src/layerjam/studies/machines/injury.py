@@ -5,8 +5,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.identify.logs.crash import head_injury_criterion
-from layerjam.simulate.accelerometer import LEAST_RATE, cfc_filter
+from layerjam.brake.simulate.accelerometer import LEAST_RATE, cfc_filter
+from layerjam.laboratory.identify.logs.crash import head_injury_criterion
 
 Array = npt.NDArray[np.float64]
 BRIC_CRITICAL = (66.25, 56.45, 42.87)

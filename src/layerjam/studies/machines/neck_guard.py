@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas
 
-from layerjam.mechanics.pull import peak
+from layerjam.brake.mechanics.pull import peak
+from layerjam.core.units import nested, show
 from layerjam.studies.machines.injury import bric, concussion_risk, hic15
 from layerjam.studies.machines.pulse import make_drive
 from layerjam.studies.machines.readiness import VacuumSupply, check_readiness
@@ -30,7 +31,6 @@ from layerjam.studies.machines.restraint import (
 )
 from layerjam.studies.machines.scenario import Array, declare_fields
 from layerjam.studies.machines.verdict import Machine, Result
-from layerjam.units import nested, show
 
 STEPS = 8000
 """Number of time steps for a blow and for the period after it, which is four times as long."""

@@ -12,18 +12,18 @@ from pathlib import Path
 import numpy as np
 
 from layerjam._version import __version__
-from layerjam.commands.declare import Progress
-from layerjam.commands.wording import format_words
-from layerjam.report import style
-from layerjam.report.folder import figure_files, write_folder
-from layerjam.report.page import NONE, Page, Part, Picture, Table, Word, draw_all, to_html
-from layerjam.report.style import BLUE, FAINT, GREEN, GREY, INK, KN, KPA, MM, MS, ORANGE, RED
+from layerjam.core.command.declare import Progress
+from layerjam.core.command.wording import format_words
+from layerjam.core.drawing import style
+from layerjam.core.drawing.folder import figure_files, write_folder
+from layerjam.core.drawing.page import NONE, Page, Part, Picture, Table, Word, draw_all, to_html
+from layerjam.core.drawing.style import BLUE, FAINT, GREEN, GREY, INK, KN, KPA, MM, MS, ORANGE, RED
+from layerjam.core.units import get, show
 from layerjam.studies.machines import ankle_clutch, neck_guard, rehabilitation, seat_belt
 from layerjam.studies.machines.ankle_clutch import RATES
 from layerjam.studies.machines.rehabilitation import SPEEDS
 from layerjam.studies.machines.scenario import load_kind
 from layerjam.studies.machines.verdict import Result
-from layerjam.units import get, show
 
 G = 9.80665
 RADIANS = "[1000 rad/s²]"

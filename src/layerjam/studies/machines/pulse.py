@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.errors import FileError, UnknownNameError
-from layerjam.measure.log import ACCELERATION, TIME, read_log
+from layerjam.core.errors import FileError, UnknownNameError
+from layerjam.laboratory.measure.log import ACCELERATION, TIME, read_log
 
 Array = npt.NDArray[np.float64]
 SHAPES = ("half-sine", "haversine", "trapezoid")

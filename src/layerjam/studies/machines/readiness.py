@@ -1,14 +1,14 @@
 """Readiness of the vacuum: present beforehand, or built up after a warning."""
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
-from layerjam.fluid.closed_forms import pumping_time, reachable_vacuum
-from layerjam.fluid.line import Line
+from layerjam.brake.fluid.closed_forms import pumping_time, reachable_vacuum
+from layerjam.brake.fluid.line import Line
+from layerjam.core.evolve import evolve
+from layerjam.core.units import quantity, record, show
 from layerjam.studies.machines.scenario import Scenario, word
 from layerjam.studies.machines.verdict import Limit
-from layerjam.units import quantity, record, show
 
 
 @record
@@ -33,14 +33,14 @@ def scale_line(line: Line, brakes: float) -> Line:
     """Return a brake's vacuum line with the gas volume of several, without tubes between them."""
     chamber = line.chamber
     water = None if chamber.compliance is None else chamber.compliance * brakes
-    volume = replace(
+    volume = evolve(
         chamber,
         volume=chamber.volume * brakes,
         compliance=water,
         volume_per_slip=chamber.volume_per_slip * brakes,
         shrink=chamber.shrink * brakes,
     )
-    return replace(line, chamber=volume)
+    return evolve(line, chamber=volume)
 
 
 def vacuum_time(vacuum: float, line: Line) -> float:

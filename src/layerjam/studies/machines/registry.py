@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
+from layerjam.core.toml_files.shipped import load_text, shipped_files
 from layerjam.studies.machines.ankle_clutch import AnkleClutch
 from layerjam.studies.machines.neck_guard import NeckGuard
 from layerjam.studies.machines.rehabilitation import Rehabilitation
 from layerjam.studies.machines.scenario import read_scenario
 from layerjam.studies.machines.seat_belt import SeatBelt
 from layerjam.studies.machines.verdict import Machine
-from layerjam.toml_files.shipped import load_text, shipped_files
 
 MACHINES: dict[str, type[Machine]] = {
     "seat-belt": SeatBelt,

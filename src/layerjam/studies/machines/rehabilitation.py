@@ -13,19 +13,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from layerjam.control.follow import MARGIN, Following, check_slew, follow, target_vacuums
-from layerjam.control.plant import linearise_line
-from layerjam.control.settings import Regulator
-from layerjam.errors import QuantityError, count_text
-from layerjam.fluid.line import Sensor
-from layerjam.mechanics.friction import fix_speed
-from layerjam.mechanics.limits import self_closing_vacuum
-from layerjam.mechanics.pull import force_limits
+from layerjam.bench.control.follow import MARGIN, Following, check_slew, follow, target_vacuums
+from layerjam.bench.control.plant import linearise_line
+from layerjam.bench.control.settings import Regulator
+from layerjam.brake.fluid.line import Sensor
+from layerjam.brake.mechanics.effects import fix_speed
+from layerjam.brake.mechanics.limits import self_closing_vacuum
+from layerjam.brake.mechanics.pull import force_limits
+from layerjam.core.errors import QuantityError, count_text
+from layerjam.core.units import show
 from layerjam.studies.machines.ankle_clutch import fall_time, last_acceptable
 from layerjam.studies.machines.readiness import scale_line
 from layerjam.studies.machines.scenario import Array, declare_fields
 from layerjam.studies.machines.verdict import Machine, Result
-from layerjam.units import show
 
 SPEEDS = np.radians(np.concatenate([np.arange(0.25, 10, 0.25), np.arange(10, 181, 1.0)]))
 """Mean angular speeds examined [rad/s]."""

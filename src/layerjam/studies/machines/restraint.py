@@ -19,19 +19,23 @@ The same applies to rotation with a lever arm: payout = lever * angle, mass = in
 
 from typing import Any, NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pandas
 
-from layerjam.device.brake import Brake
-from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.enclosure import EnclosureLaw, check_modulus, make_enclosure
-from layerjam.mechanics.fan import require_flat
-from layerjam.mechanics.friction import brake_growth, friction_per_contact, growth
-from layerjam.mechanics.law import law
-from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.speed import remove_idle_speed_law
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.speed_law import SpeedLaw
+from layerjam.brake.mechanics.arrays import derivative, leaves, map_leaves, repeat_while, scan, xp
+from layerjam.brake.mechanics.effects import (
+    brake_growth,
+    growth,
+    has_speed_effects,
+    remove_idle_speed_law,
+)
+from layerjam.brake.mechanics.enclosure import EnclosureLaw, check_modulus, make_enclosure
+from layerjam.brake.mechanics.fan import require_flat
+from layerjam.brake.mechanics.friction import friction_per_contact
+from layerjam.brake.mechanics.law import compiled, law
+from layerjam.brake.mechanics.stiffness import working_stiffness
 from layerjam.studies.machines.scenario import Array, Scenario
 
 ROOMS = (256, 4096)
@@ -69,7 +73,7 @@ def make_strap(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Bra
     > N c; see `can_snap`. A speed law of the brake is included.
     """
     check_modulus(brake)
-    every = jnp.broadcast_arrays(parallel, series, vacuum, webbing)
+    every = xp.broadcast_arrays(parallel, series, vacuum, webbing)
     parallel, series, vacuum, webbing = every
     sheets = brake.sheets
     fall = parallel * friction_per_contact(vacuum, brake)
@@ -81,21 +85,21 @@ def make_strap(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Bra
     compliance = series / (parallel * working_stiffness(brake))
     travel = sheets.usable_travel + 0 * parallel
     onset = fall * sheets.overlap * brake_growth(0.0, brake)
-    overlap = None if brake.speed_law is None else sheets.overlap + 0 * parallel
+    overlap = sheets.overlap + 0 * parallel if has_speed_effects(brake) else None
     stiffness, law = 1 / (compliance + 1 / webbing), brake.speed_law
     return Strap(stiffness, onset, fall, sleeve, travel, series, law, overlap)
 
 
-def make_limiter(force: Any, stiffness: Any, travel: Any = jnp.inf) -> Strap:
+def make_limiter(force: Any, stiffness: Any, travel: Any = xp.inf) -> Strap:
     """Return a load limiter: elastic up to a force [N], then constant in force over `travel` [m].
 
     With an infinite force, it is plain webbing.
     """
-    force, stiffness, travel = jnp.broadcast_arrays(
-        *(jnp.asarray(a, jnp.float64) for a in (force, stiffness, travel))
+    force, stiffness, travel = xp.broadcast_arrays(
+        *(xp.asarray(a, xp.float64) for a in (force, stiffness, travel))
     )
-    zero = jnp.zeros_like(force)
-    none = EnclosureLaw(zero, zero, zero + 1.0, zero, zero + jnp.inf)
+    zero = xp.zeros_like(force)
+    none = EnclosureLaw(zero, zero, zero + 1.0, zero, zero + xp.inf)
     return Strap(stiffness, force, zero, none, travel, zero + 1.0)
 
 
@@ -120,15 +124,15 @@ def chain_slip(payout: Any, before: Any, strap: Strap) -> Any:
     A call uses at most one brake's travel; the next call continues with the next brake. In a strap
     that snaps, a brake uses up its travel instantly.
     """
-    finite = jnp.where(jnp.isfinite(strap.travel), strap.travel, 1.0)
-    used = jnp.where(jnp.isfinite(strap.travel), jnp.floor(before / finite * (1 + 1e-12)), 0.0)
-    base = jnp.where(used > 0, used * finite, 0.0)
+    finite = xp.where(xp.isfinite(strap.travel), strap.travel, 1.0)
+    used = xp.where(xp.isfinite(strap.travel), xp.floor(before / finite * (1 + 1e-12)), 0.0)
+    base = xp.where(used > 0, used * finite, 0.0)
     drive = strap.stiffness * (payout - base) - strap.onset
-    drive = jnp.where(jnp.isfinite(drive), drive, -1.0)
+    drive = xp.where(xp.isfinite(drive), drive, -1.0)
     soft = can_snap(strap)
-    slip = strap.sleeve.find_slip(drive, jnp.where(soft, 1.0, strap.stiffness - strap.fall))
-    slip = jnp.minimum(jnp.where(soft & (drive > 0), strap.travel, slip), strap.travel)
-    return jnp.where(used >= strap.series, before, jnp.maximum(before, base + slip))
+    slip = strap.sleeve.find_slip(drive, xp.where(soft, 1.0, strap.stiffness - strap.fall))
+    slip = xp.minimum(xp.where(soft & (drive > 0), strap.travel, slip), strap.travel)
+    return xp.where(used >= strap.series, before, xp.maximum(before, base + slip))
 
 
 def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, strap: Strap) -> Any:
@@ -140,32 +144,32 @@ def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, stra
     series, end = strap.series, strap.series * strap.travel
 
     def excess(slip: Any) -> Any:
-        speed = jnp.maximum((1.5 * (slip - before) / dt - pace / 2) / series, 0.0)
+        speed = xp.maximum((1.5 * (slip - before) / dt - pace / 2) / series, 0.0)
         slip_of_one = slip / series
-        sheets = strap.fall * jnp.maximum(strap.overlap - slip_of_one, 0.0) * growth(speed, law)
+        sheets = strap.fall * xp.maximum(strap.overlap - slip_of_one, 0.0) * growth(speed, law)
         return sheets + strap.sleeve.force(slip_of_one) - strap.stiffness * (payout - slip)
 
     slides = (excess(before) < 0) & (before < end)
-    high = jnp.where(slides, jnp.maximum(payout, before), before)
-    guess = jnp.where(pace > 0, before + pace * dt, before + (high - before) / 8)
+    high = xp.where(slides, xp.maximum(payout, before), before)
+    guess = xp.where(pace > 0, before + pace * dt, before + (high - before) / 8)
 
     def is_going(state: tuple[Any, Any, Any, Any, Any]) -> Any:
         turn, *_, is_moving = state
-        return (turn < NEWTON) & jnp.any(is_moving)
+        return (turn < NEWTON) & xp.any(is_moving)
 
     def newton(state: tuple[Any, Any, Any, Any, Any]) -> tuple[Any, Any, Any, Any, Any]:
         turn, low, high, slip, _ = state
-        force_excess, slope = jax.jvp(excess, (slip,), (jnp.ones_like(slip),))
-        low, high = jnp.where(force_excess < 0, slip, low), jnp.where(force_excess < 0, high, slip)
-        newton_slip = slip - force_excess / jnp.where(slope > 0, slope, 1.0)
+        force_excess, slope = excess(slip), derivative(excess, slip)
+        low, high = xp.where(force_excess < 0, slip, low), xp.where(force_excess < 0, high, slip)
+        newton_slip = slip - force_excess / xp.where(slope > 0, slope, 1.0)
         inside = (slope > 0) & (newton_slip >= low) & (newton_slip <= high)
-        new = jnp.where(inside, newton_slip, (low + high) / 2)
-        is_moving = jnp.abs(new - slip) > SETTLED * jnp.maximum(new - before, LITTLE)
+        new = xp.where(inside, newton_slip, (low + high) / 2)
+        is_moving = xp.abs(new - slip) > SETTLED * xp.maximum(new - before, LITTLE)
         return turn + 1, low, high, new, slides & is_moving
 
-    start = jnp.clip(guess, before, high)
-    solution = jax.lax.while_loop(is_going, newton, (jnp.array(0), before, high, start, slides))[3]
-    return jnp.where(slides, jnp.minimum(solution, end), before)
+    start = xp.clip(guess, before, high)
+    solution = repeat_while(is_going, newton, (xp.array(0), before, high, start, slides))[3]
+    return xp.where(slides, xp.minimum(solution, end), before)
 
 
 def difference_growth(law: SpeedLaw, slip: Any, series: Any, brake: Brake) -> float:
@@ -179,7 +183,7 @@ def difference_growth(law: SpeedLaw, slip: Any, series: Any, brake: Brake) -> fl
 
 def tension(payout: Any, slip: Any, strap: Strap) -> Any:
     """Return the force [N] of the strap, which can only pull."""
-    return jnp.maximum(strap.stiffness * (payout - slip), 0.0)
+    return xp.maximum(strap.stiffness * (payout - slip), 0.0)
 
 
 class Body(NamedTuple):
@@ -228,9 +232,9 @@ class Extremes(NamedTuple):
 
 
 def _start_ride(drive: Any, body: Body, strap: Strap) -> Ride:
-    lanes = jnp.broadcast_shapes(*(jnp.shape(a) for a in jax.tree.leaves((drive, body, strap))))
-    zero = jnp.zeros(lanes)
-    initial = jnp.zeros(()), zero, zero + body.speed, zero + drive, zero, zero, zero, zero
+    lanes = xp.broadcast_shapes(*(xp.shape(a) for a in leaves((drive, body, strap))))
+    zero = xp.zeros(lanes)
+    initial = xp.zeros(()), zero, zero + body.speed, zero + drive, zero, zero, zero, zero
     return Ride(*initial, pace=None if strap.law is None else zero)
 
 
@@ -254,30 +258,30 @@ def _advance_ride(ride_now: Ride, drive: Any, dt: Any, body: Body, strap: Strap)
     )
 
 
-@jax.jit
+@compiled
 def _scan_ride(drive: Any, dt: Any, body: Body, strap: Strap) -> tuple[Ride, Ride]:
     def advance(ride_now: Ride, push: Any) -> tuple[Ride, Ride]:
         new = _advance_ride(ride_now, push, dt, body, strap)
         return new, new
 
     start = _start_ride(drive[0], body, strap)
-    return start, jax.lax.scan(advance, start, drive[1:])[1]
+    return start, scan(advance, start, drive[1:])[1]
 
 
-@jax.jit
+@compiled
 def _scan_extremes(drive: Any, dt: Any, body: Body, strap: Strap) -> Extremes:
     def advance(state: tuple[Ride, Extremes], push: Any) -> tuple[tuple[Ride, Extremes], None]:
         ride_now, extremes_ = state
         new = _advance_ride(ride_now, push, dt, body, strap)
-        restraint, push = body.ratio * new.force / body.mass, jnp.abs(new.acceleration)
+        restraint, push = body.ratio * new.force / body.mass, xp.abs(new.acceleration)
         values = new.way, new.force, restraint, push
-        extremes_ = Extremes._make([*map(jnp.maximum, extremes_[:4], values), new.speed, new.slip])
+        extremes_ = Extremes._make([*map(xp.maximum, extremes_[:4], values), new.speed, new.slip])
         return (new, extremes_), None
 
     start = _start_ride(drive[0], body, strap)
-    zero = jnp.zeros_like(start.way)
-    first = Extremes(zero, zero, zero, jnp.abs(start.acceleration), start.speed, zero)
-    return jax.lax.scan(advance, (start, first), drive[1:])[0][1]
+    zero = xp.zeros_like(start.way)
+    first = Extremes(zero, zero, zero, xp.abs(start.acceleration), start.speed, zero)
+    return scan(advance, (start, first), drive[1:])[0][1]
 
 
 def simulate_ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
@@ -286,25 +290,24 @@ def simulate_ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
     The method is second-order in time. `drive` is the body's relative acceleration if unrestrained.
     """
     start, rows = _scan_ride(np.asarray(drive, float), np.float64(dt), _to_doubles(body), strap)
-    return jax.tree.map(lambda a, b: np.concatenate([np.asarray(a)[None], b]), start, rows)
+    return map_leaves(lambda a, b: np.concatenate([np.asarray(a)[None], b]), start, rows)
 
 
 def simulate_extremes(drive: Any, dt: float, body: Body, strap: Strap) -> Extremes:
     """Return the maximum values of many cases; body and strap may have arrays of shape (B,)."""
-    leaves, tree = jax.tree.flatten((_to_doubles(body), strap))
-    wide = np.broadcast_arrays(*(np.asarray(a) for a in leaves))
+    case = (_to_doubles(body), strap)
+    wide = np.broadcast_arrays(*leaves(case))
     shape, count = wide[0].shape, wide[0].size
     # use few array sizes, so that little is compiled
     room = next((size for size in ROOMS if count <= size), -(-count // ROOMS[-1]) * ROOMS[-1])
-    lanes = [np.pad(a.ravel(), (0, room - count), mode="edge") for a in wide]
-    padded_extremes = _scan_extremes(
-        np.asarray(drive, float), np.float64(dt), *jax.tree.unflatten(tree, lanes)
-    )
+    lanes = iter([np.pad(a.ravel(), (0, room - count), mode="edge") for a in wide])
+    case = map_leaves(lambda _: next(lanes), case)
+    padded_extremes = _scan_extremes(np.asarray(drive, float), np.float64(dt), *case)
     return Extremes(*(np.asarray(a)[:count].reshape(shape) for a in padded_extremes))
 
 
 def _to_doubles(body: Body) -> Body:
-    return Body(*(jnp.asarray(a, jnp.float64) for a in body))
+    return Body(*(np.asarray(a, np.float64) for a in body))
 
 
 COARSE = 4

@@ -8,7 +8,7 @@ declares the content of a machine's scenario, its limits and its pictures.
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -16,21 +16,22 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.control.settings import Regulator
-from layerjam.device.brake import mass
-from layerjam.device.file import BrakeFile
-from layerjam.device.load import load
-from layerjam.errors import FileError, QuantityError, UnknownNameError
-from layerjam.fluid.file import LineFile, load_line
-from layerjam.fluid.line import Sensor
-from layerjam.simulate.speed import machine_notices
-from layerjam.toml_files.changes import find_paths
-from layerjam.toml_files.reader import Reader
-from layerjam.toml_files.shipped import shipped_files
-from layerjam.toml_files.source import Source
-from layerjam.toml_files.toml import find_line, parse_toml
-from layerjam.toml_files.values import TextSpec, entries, value
-from layerjam.units import (
+from layerjam.bench.control.settings import Regulator
+from layerjam.brake.device.brake import mass
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.load import load
+from layerjam.brake.fluid.line import Sensor
+from layerjam.brake.fluid.line_file import LineFile, load_line
+from layerjam.brake.simulate.speed import machine_notices
+from layerjam.core.errors import FileError, QuantityError, UnknownNameError
+from layerjam.core.evolve import evolve
+from layerjam.core.toml_files.changes import find_paths
+from layerjam.core.toml_files.reader import Reader
+from layerjam.core.toml_files.shipped import shipped_files
+from layerjam.core.toml_files.source import Source
+from layerjam.core.toml_files.toml import find_line, parse_toml
+from layerjam.core.toml_files.values import TextSpec, entries, value
+from layerjam.core.units import (
     QuantitySpec,
     check,
     get,
@@ -219,7 +220,7 @@ def read_scenario(
     with reader.locate_errors():
         read: Any = reader.build_record(machines[machine])
         check(read)
-        scenario: S = replace(
+        scenario: S = evolve(
             read,
             brake=load(_resolve_path(read.brake, place)),
             line=load_line(_resolve_path(read.line, place)),

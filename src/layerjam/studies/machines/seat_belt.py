@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas
 
-from layerjam.mechanics.ageing import aged_holding_force
-from layerjam.mechanics.energy import slip_work
+from layerjam.brake.mechanics.ageing import aged_holding_force
+from layerjam.brake.mechanics.energy import slip_work
+from layerjam.core.units import nested, show
 from layerjam.studies.machines.injury import filter_signal
 from layerjam.studies.machines.pulse import make_drive
 from layerjam.studies.machines.readiness import VacuumSupply, check_readiness
@@ -31,7 +32,6 @@ from layerjam.studies.machines.restraint import (
 )
 from layerjam.studies.machines.scenario import Array, declare_fields
 from layerjam.studies.machines.verdict import Machine, Result
-from layerjam.units import nested, show
 
 STEPS = 8000
 MOST_SERIES, MOST_PARALLEL = 24, 1024

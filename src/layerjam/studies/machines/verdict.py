@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.errors import Notice
-from layerjam.simulate.speed import speed_notices
+from layerjam.brake.simulate.speed import speed_notices
+from layerjam.core.brief import brief
+from layerjam.core.errors import Notice
+from layerjam.core.units import get, record, show
 from layerjam.studies.machines.restraint import difference_growth
 from layerjam.studies.machines.scenario import Scenario, load_kind
-from layerjam.units import get, record, show
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +66,7 @@ def find_deciding_limit(limits: Sequence[Limit]) -> Limit:
     return max(limits, key=lambda limit: (not limit.is_met, limit.factor))
 
 
+@brief
 @dataclass(kw_only=True)
 class Result:
     """Result of a machine; `own` contains machine-specific results in SI units, `units` the units.

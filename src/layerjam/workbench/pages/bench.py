@@ -13,14 +13,14 @@ from typing import Any
 
 from nicegui import run, ui
 
-from layerjam.control.faults import PROVOKED
-from layerjam.errors import LayerjamError
-from layerjam.fluid.file import lines
-from layerjam.report.control_figures import bench_panes
-from layerjam.rig.driver import VENT_RESTS
-from layerjam.rig.execute import RunResult
-from layerjam.rig.export import export
-from layerjam.units import show
+from layerjam.bench.control.faults import PROVOKED
+from layerjam.bench.figures.control_figures import bench_panes
+from layerjam.bench.rig.driver import VENT_RESTS
+from layerjam.bench.rig.execute import RunResult
+from layerjam.bench.rig.export import export
+from layerjam.brake.fluid.line_file import lines
+from layerjam.core.errors import LayerjamError
+from layerjam.core.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.bench_session import (
     LEASE,
@@ -410,8 +410,8 @@ class Bench(Page):
 
 def circuit_diagram() -> str:
     """Return a Pico's wiring as SVG; raises MissingExtraError if schemdraw is not installed."""
-    from layerjam.report.wiring import draw_wiring
-    from layerjam.rig.circuit import load_circuit
+    from layerjam.bench.figures.wiring_diagram import draw_wiring
+    from layerjam.bench.rig.circuit import load_circuit
 
     return draw_wiring(load_circuit("pico"))
 

@@ -1,16 +1,18 @@
 """Brake: materials, drawing, mass, force and strength."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
 from nicegui import ui
 
-from layerjam.commands.edit import BRAKE_FIELDS, edit, find_stale_numbers
-from layerjam.design.uneven import WITH_FACTOR, calibration_notices
-from layerjam.device.file import BrakeFile
-from layerjam.device.load import catalogue, load
-from layerjam.units import get, parse, show
+from layerjam.brake.commands.edit import BRAKE_FIELDS, edit, find_stale_numbers
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.load import catalogue, load
+from layerjam.core.toml_files.changes import collect_values
+from layerjam.core.toml_files.plugin_tables import known_quantities
+from layerjam.core.units import parse, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, result_fields
@@ -22,6 +24,7 @@ from layerjam.workbench.pages.brake_build import BuildPart
 from layerjam.workbench.pages.records import CUSTOM, Editor, Kind
 from layerjam.workbench.scene import StackView, build_stack, describe_stack
 from layerjam.workbench.tables import Cell, html_table
+from layerjam.workbench.takeaway import save_result
 from layerjam.workbench.widgets import (
     Hero,
     Heroes,
@@ -29,9 +32,11 @@ from layerjam.workbench.widgets import (
     columns,
     fold,
     key_title,
+    predicted_hero,
     select,
     status,
 )
+from layerjam.workshop.design.uneven import WITH_FACTOR, calibration_notices
 
 GROUPS = {
     "sheets": "Sheets",
@@ -130,10 +135,18 @@ class Brake(Page):
             text, look = "Keep a copy for comparison", "flat dense no-caps"
             keep = lambda: self._put_second(self.desk.state.brake)  # noqa: E731
             button(text, keep, "brake-keep", "push_pin", look=look)
+            tip = "HTML file that computes this brake in any browser"
+            button("Save as one page", self._save_page, "brake-html", "public", look=look, tip=tip)
         self.desk.add_watcher(
             lambda what: self._fill_second() if what in ("brake", "undo") else None
         )
         self._fill_second()
+
+    async def _save_page(self) -> None:
+        from layerjam.interop.html import make_html
+
+        file = self.desk.brake
+        await save_result(partial(make_html, file), f"{file.name}.html", "text/html")
 
     def _fill_second(self) -> None:
         text, second = self.desk.state.beside, self.desk.beside
@@ -185,7 +198,7 @@ class Brake(Page):
         self.words.set_text(words)
         self.figures.fill(force)
         full = self.more.atmosphere(brake.site.atmosphere)
-        self.heroes.fill(headlines(facts))
+        self.heroes.fill(headlines(facts), facts)
         self.sentence.set_text(describe_forces(facts, force, full, slip, vacuum))
         second_file = self.desk.beside
         unlike = calibration_notices(
@@ -199,9 +212,9 @@ class Brake(Page):
 def headlines(facts: Any) -> list[Hero]:
     """Return the headline numbers: forces at rest and during a pull, and mass."""
     return [
-        ("hero-holding", "Holds at rest", show(facts.holding_force, "N")),
-        ("hero-pull", "Resists a pull of up to", show(facts.max_force, "N")),
-        ("hero-mass", "Mass", show(facts.mass, "kg")),
+        predicted_hero("hero-holding", "Holds at rest", facts, "holding_force"),
+        predicted_hero("hero-pull", "Resists a pull of up to", facts, "max_force"),
+        predicted_hero("hero-mass", "Mass", facts, "mass"),
     ]
 
 
@@ -291,8 +304,9 @@ def sources_table(file: BrakeFile) -> str:
     """Return an HTML table of a brake's numbers, each with its kind and its source."""
     heads = ["Number", "Value", "Kind", "Source", "Spread", "Conflict"]
     rows = []
-    for path, (spec, _) in BRAKE_FIELDS.items():
-        value, source = get(file.brake, path), file.sources.get(path)
+    values = collect_values(file.brake)
+    for path, (spec, _) in (BRAKE_FIELDS | known_quantities(file.brake)).items():
+        value, source = values.get(path), file.sources.get(path)
         if value is None:
             continue
         source_texts = ("default", "", "", "")

@@ -8,10 +8,9 @@ from typing import Any
 
 from nicegui import run, ui
 
-from layerjam.commands.build import Built, judge_build
-from layerjam.device.workshop import CUTTERS
-from layerjam.errors import MissingExtraError
-from layerjam.units import show
+from layerjam.brake.device.workshop import CUTTERS
+from layerjam.core.errors import MissingExtraError
+from layerjam.core.units import show
 from layerjam.workbench import live
 from layerjam.workbench.alone import Tell, run_in_subprocess
 from layerjam.workbench.answer import Answer
@@ -25,6 +24,7 @@ from layerjam.workbench.spoken import page_text
 from layerjam.workbench.tables import Cell, html_table
 from layerjam.workbench.uploads import zip_files
 from layerjam.workbench.widgets import Alert, button, fold, hint, one_line, status
+from layerjam.workshop.commands.build import Built, judge_build
 
 NUMBERS = (
     "mass",

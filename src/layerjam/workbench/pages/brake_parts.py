@@ -12,8 +12,8 @@ from nicegui.elements.scene.scene_object3d import Object3D
 from layerjam.workbench.scene import CameraView, Point
 
 if TYPE_CHECKING:
-    from layerjam.fabricate.drawing import Drawing
-    from layerjam.report.shading import Body
+    from layerjam.workshop.fabricate.drawing import Drawing
+    from layerjam.workshop.figures.shading import Body
 
 UNIT = 10.0
 """Millimetres per unit of the scene."""
@@ -46,7 +46,7 @@ class Parts:
 def collect_parts(drawing: "Drawing", mould: bool) -> Parts:
     """Return the parts of one brake in exploded view, or its opened mould."""
     # import late, because the Brake page opens before the drawing code is loaded
-    from layerjam.report import build_pictures, build_scene
+    from layerjam.workshop.figures import build_pictures, build_scene
 
     world = build_scene.make_scene(drawing.build, drawing.lengths)
     if mould:

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 from nicegui import ui
 
-from layerjam.report.style import ORANGE
-from layerjam.units import show
+from layerjam.core.drawing.style import ORANGE
+from layerjam.core.units import show
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import chart_options
@@ -200,7 +200,7 @@ def limits_table(result: Any) -> str:
 
 def _svg_figure(name: str, svg: str, caption: str) -> str:
     """Return a drawing with a caption, in the page's colours; its ids contain `name`."""
-    from layerjam.report.page import apply_theme, read_inline_svg
+    from layerjam.core.drawing.page import apply_theme, read_inline_svg
 
     text = escape(caption)
     image = apply_theme(read_inline_svg(svg, name)).replace(

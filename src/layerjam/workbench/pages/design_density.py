@@ -6,9 +6,9 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.device.load import devices, load
-from layerjam.report.style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
-from layerjam.units import show
+from layerjam.brake.device.load import devices, load
+from layerjam.core.drawing.style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
+from layerjam.core.units import show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject

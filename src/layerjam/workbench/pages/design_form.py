@@ -6,15 +6,15 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.design.few_numbers import FORCES, HOLD, PREFERENCES, STOP, hold, stop
-from layerjam.design.request import DesignRequest, Range, open_reader, read_request
-from layerjam.device.load import catalogue
-from layerjam.errors import LayerjamError
+from layerjam.brake.device.load import catalogue
+from layerjam.core.errors import LayerjamError
 from layerjam.workbench.controls import Choice, Control, add_choice, map_keys
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import ControlGroup
 from layerjam.workbench.pages.design_part import PAGE
 from layerjam.workbench.widgets import Alert, dress, heading, hint, one_line, read_asset
+from layerjam.workshop.design.few_numbers import FORCES, HOLD, PREFERENCES, STOP, hold, stop
+from layerjam.workshop.design.request import DesignRequest, Range, open_reader, read_request
 
 KIND = Choice("form", {"hold": "hold a force", "stop": "stop a mass"}, "hold", label="It must")
 FORCE_MOMENT = Choice(
@@ -60,7 +60,7 @@ LIMITS = {
         _make_control("hold", "vacuum", 94e3, (20e3, 101e3), "Available vacuum"),
         _make_control("hold", "mass", 0.025, (0.005, 0.2), "Maximum mass as drawn", unit="g"),
         _make_control("hold", "width", 0.025, (0.005, 0.1), "Maximum width", unit="mm"),
-        _make_control("hold", "length", 0.15, (0.06, 0.4), "Maximum length", unit="mm"),
+        _make_control("hold", "length", 0.215, (0.12, 0.47), "Maximum length", unit="mm"),
         _make_control("hold", "stress_margin", 2.0, (0.0, 5.0), "Stress safety factor"),
     ),
     "stop": (
@@ -150,9 +150,9 @@ class Form(ControlGroup):
             request = read_request(open_reader(text, "requirement"))
         except LayerjamError:
             return
-        known = {c.key: c.spec for c in self.controls().values()}
+        specs = {c.key: c.spec for c in self.controls().values()}
         values = form_settings(request)
-        usable = {k: v for k, v in values.items() if k not in known or _is_allowed(known[k], v)}
+        usable = {k: v for k, v in values.items() if k not in specs or _is_allowed(specs[k], v)}
         self._follows = True
         self.desk.put_settings(PAGE, usable)
         self._follows = False

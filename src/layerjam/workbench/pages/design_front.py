@@ -4,17 +4,23 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from layerjam.design.merit import MERITS, VARIABLES
-from layerjam.design.verdict import describe_design
-from layerjam.report.chart import Pane
-from layerjam.report.design_figures import Look, choose_scale, marked_designs, worse_direction
-from layerjam.report.style import GREY
-from layerjam.units import show
+from layerjam.core.drawing.chart import Pane
+from layerjam.core.drawing.style import GREY
+from layerjam.core.units import show
+from layerjam.workbench.certainty import interval_meaning, interval_text
 from layerjam.workbench.charts import chart_options, text_colour
 from layerjam.workbench.pages.design_part import cell_text, key_name
 from layerjam.workbench.spoken import typeset_text
 from layerjam.workbench.tables import html_table
 from layerjam.workbench.widgets import Hero
+from layerjam.workshop.design.merit import MERITS, VARIABLES
+from layerjam.workshop.design.verdict import describe_design
+from layerjam.workshop.figures.design_figures import (
+    Look,
+    choose_scale,
+    marked_designs,
+    worse_direction,
+)
 
 PALE = "#9aa5af"
 """Grey that is visible on a dark background."""
@@ -121,10 +127,18 @@ def headlines(result: Any, design: Row) -> list[Hero]:
     if result.record.spec.evaluation.stop is not None:
         force = "stop_peak"
     mass = "drawn_mass" if design.get("drawn_mass") is not None else "mass"
-    return [
-        (name, key_name(name).capitalize(), cell_text(design[name], result.units.get(name, "1")))
-        for name in (mass, force, "energy_capacity")
-    ]
+    source, numbers = find_predicted(result, design), []
+    for name in (mass, force, "energy_capacity"):
+        value, unit = design[name], result.units.get(name, "1")
+        interval = interval_text(source, name, unit, value), interval_meaning(source, name)
+        title = key_name(name).capitalize()
+        numbers.append(Hero(name, title, cell_text(value, unit), *interval))
+    return numbers
+
+
+def find_predicted(result: Any, design: Row) -> Any:
+    """Return the result if its intervals are those of the design: the chosen one; else None."""
+    return result if design == result.chosen else None
 
 
 def forces_text(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
@@ -181,7 +195,7 @@ def exclusion_table(result: Any) -> str:
         (
             f["constraint"],
             describe_design(f["design"]),
-            cell_text(f["value"], units[f["constraint"]]),
+            cell_text(f["value"], units.get(f["constraint"], "1")),
             f"{f['short']:.1%}",
             f"{f['gain']:.1%}",
         )
@@ -193,7 +207,7 @@ def exclusion_table(result: Any) -> str:
 
 
 def probability_table(result: Any) -> str:
-    """Return a table of the probability of meeting each constraint, given scatter in friction."""
+    """Return a table of the probability that the next brake meets each constraint."""
     units = _constraint_units(result)
     rows = []
     for name, c in result.robustness.items():
@@ -201,7 +215,7 @@ def probability_table(result: Any) -> str:
         span = (cell_text(c[end], units.get(name, "1")) for end in ("low", "high"))
         rows.append(("all constraints" if name == "all" else name, *shares, *span))
     heads = ("Constraint", "Probability", "±", "5th percentile", "95th percentile")
-    none = "The brake file states no scatter in friction, so scatter is ignored."
+    none = "The specification has no constraints."
     return _format_table("Robustness of the selected design", heads, rows, 1, none)
 
 

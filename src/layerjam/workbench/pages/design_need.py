@@ -8,15 +8,9 @@ from typing import Any, NamedTuple
 
 from nicegui import events, ui
 
-from layerjam.commands.design import brake_of
-from layerjam.design.design_file import plain_name
-from layerjam.design.requirements import DesignSpecification
-from layerjam.design.specification import example_texts, read_spec
-from layerjam.design.verdict import describe_design
-from layerjam.device.load import catalogue
-from layerjam.errors import FileError, LayerjamError
-from layerjam.report.design_figures import find_front_axes
-from layerjam.units import exact_text, show
+from layerjam.brake.device.load import catalogue
+from layerjam.core.errors import FileError, LayerjamError
+from layerjam.core.units import exact_text, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
@@ -39,6 +33,12 @@ from layerjam.workbench.widgets import (
     select,
     status,
 )
+from layerjam.workshop.commands.design import brake_of
+from layerjam.workshop.design.design_file import plain_name
+from layerjam.workshop.design.requirements import DesignSpecification
+from layerjam.workshop.design.specification import example_texts, read_spec
+from layerjam.workshop.design.verdict import describe_design
+from layerjam.workshop.figures.design_figures import find_front_axes
 
 LONGEST = 20_000
 """Maximum number of characters of a specification on the page; it must fit in a link."""
@@ -366,7 +366,8 @@ class NeedPart(Part):
         self._drawn = drawing_key
         chart = front.front_chart(result, names, number, self.page.dark)
         self.panel.draw(outcome.answer, chart)
-        self.heroes.fill(front.headlines(result, design))
+        source = front.find_predicted(result, design)
+        self.heroes.fill(front.headlines(result, design), source)
         is_chosen = number == result.chosen["number"]
         self.sentence.set_text(
             front.forces_text(result, design, outcome.pull if is_chosen else None)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from layerjam.commands.wording import format_words
+from layerjam.core.command.wording import format_words
 from layerjam.workbench.page import Page, View
 from layerjam.workbench.spoken import typeset_text
 

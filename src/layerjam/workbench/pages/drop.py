@@ -6,8 +6,8 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.commands.impact import failed_run
-from layerjam.units import show
+from layerjam.brake.commands.drop import failed_run
+from layerjam.core.units import show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, try_call
 from layerjam.workbench.call import Call, Options
@@ -72,10 +72,15 @@ SLOWLY = Choice(
     "auto",
     label="Slow motion",
 )
+SAFE = 0.95
+"""Share of stops that a safe vacuum keeps within the travel, unless another is chosen."""
 NO_ROPE = "there is neither a rope nor a brake, so nothing holds the mass"
 KEYS = ("mass", "speed", "height", "vacuum", "travel", "rope_stiffness", "no_brake", "horizontal")
 """Inputs of `drop` that have a control on the page; the "More" panel has the others."""
-TUNED = ("mass", "speed", "height", "rope_stiffness", "horizontal", "travel", "atmosphere")
+TUNED = (
+    *("mass", "speed", "height", "rope_stiffness", "horizontal", "travel", "atmosphere", "film"),
+    "interval",
+)
 """Inputs that `drop` and `tune` share."""
 HISTORY = ("vacuum_history", "reading", "columns", "decimal")
 """Inputs that specify a vacuum history, which replaces the vacuum."""
@@ -109,6 +114,9 @@ class Drop(Page):
             rope,
             travel.narrow_bounds(high=usable),
             vacuum_control("drop", "vacuum", full),
+            control(
+                "tune", "confidence", SAFE, (0.5, 0.99), label="Share of stops within the travel"
+            ),
         )
 
     def build(self) -> None:
@@ -125,6 +133,7 @@ class Drop(Page):
             add_choice(desk, name, ON_ROPE)
             self.add_slider("rope_stiffness", self._has_rope)
             self.add_slider("travel")
+            self.add_slider("confidence", lambda: self.word(SHOWN) == "tuned")
             add_choice(desk, name, SHOWN)
             self.add_slider("vacuum", lambda: self.word(SHOWN) == "value")
             add_menu(desk, name, SLOWLY)
@@ -201,13 +210,13 @@ class Drop(Page):
     def calls(self) -> Sequence[Call]:
         """Return the calls for the drops in the table, and for the tuning and its bound."""
         drops = self.table_calls()
-        return [*drops.values(), _tuning_call(drops["tuned"])]
+        return [*drops.values(), self._tuning_call(drops["tuned"])]
 
     def compute(self) -> Any:
         """Compute each drop separately, so that an error in one does not affect the others."""
         drops = self.table_calls()
         # the first search compiles what a tuning without a solution needs
-        tuning = try_call(_tuning_call(drops["tuned"]), find_speeds=self.result is None)
+        tuning = try_call(self._tuning_call(drops["tuned"]), find_speeds=self.result is None)
         view = "history" if "history" in drops else self.word(SHOWN)
         pins = self.panel.pinned_answers(drops.get(view, drops["full"]))
         answers: dict[str, Answer] = {}
@@ -219,6 +228,13 @@ class Drop(Page):
                 answers[mode] = try_call(call, progress=self.runner.report_progress)
         answers.setdefault("none", Answer(drops["full"], refusal=NO_ROPE))
         return view, answers, tuning, pins
+
+    def _tuning_call(self, drop: Call) -> Call:
+        """Return the call that tunes the vacuum of a drop."""
+        options = {key: drop.options[key] for key in TUNED if key in drop.options}
+        if self.value("confidence") != SAFE:
+            options |= self.texts("confidence")
+        return Call("tune", drop.subjects, options)
 
     def answers(self) -> Sequence[Answer]:
         """Return the answers for the drops in the table, and for the tuning."""
@@ -238,7 +254,10 @@ class Drop(Page):
             mode, stop = "full", drops["full"].result
             sentence = f"{sentence} The chart shows full vacuum: {describe_drop(stop, '', inputs)}"
         self.verdict.set_text(sentence)
-        self.heroes.fill(headlines(stop, mode == "tuned"))
+        tuning_answer = tuning if mode == "tuned" and tuning.result is not None else None
+        self.heroes.fill(
+            headlines(stop, tuning_answer), stop if tuning_answer is None else tuning_answer.result
+        )
         texts = tuning.call.options
         self.advice.fill(tuning, failed and view != "none")
         record = stop.record if stop is not None else None
@@ -259,13 +278,7 @@ class Drop(Page):
         self.table.set_content(main)
         self._fill_numbers()
         self.bound.set_text(bound_sentence(floor, texts))
-        self.notes.fill(list_notes(drops))
-
-
-def _tuning_call(drop: Call) -> Call:
-    """Return the call that tunes the vacuum of a drop."""
-    options = {key: drop.options[key] for key in TUNED if key in drop.options}
-    return Call("tune", drop.subjects, options)
+        self.notes.fill(list_notes(drops, tuning.result))
 
 
 def bound_sentence(floor: float | None, tuning: Mapping[str, Any]) -> str:

@@ -11,20 +11,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from nicegui import ui
 
-from layerjam.report.chart import Curve, Pane, add_comparisons
-from layerjam.report.style import GREEN, ORANGE, RED
-from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.rope_alone import BareDrop
-from layerjam.units import parse, show
+from layerjam.brake.simulate.record import DropRecord, Outcome
+from layerjam.brake.simulate.rope_alone import BareDrop
+from layerjam.core.drawing.chart import Curve, Pane, add_comparisons
+from layerjam.core.drawing.style import GREEN, ORANGE, RED
+from layerjam.core.units import parse, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import result_fields
+from layerjam.workbench.certainty import without_intervals
 from layerjam.workbench.charts import chart_options
 from layerjam.workbench.desk import Desk, set_sheets
-from layerjam.workbench.widgets import Hero, button, dress, read_asset, round_value
+from layerjam.workbench.widgets import (
+    Hero,
+    button,
+    dress,
+    predicted_hero,
+    read_asset,
+    round_value,
+)
 
 if TYPE_CHECKING:
-    from layerjam.simulate.crash import Crash
+    from layerjam.brake.simulate.crash import Crash
 
 
 SAMPLES = 160
@@ -48,12 +56,12 @@ def time_series(
     """
     if crash is not None and isinstance(record, DropRecord):
         # import late, so that the first page is shown before the computing code is loaded
-        from layerjam.simulate.crash import append_crash
+        from layerjam.brake.simulate.crash import append_crash
 
         data = time_series(append_crash(record, crash), slow)
         return None if data is None else {**data, "crash": float(record.time[-1] * 1e3)}
     keep = record.time >= 0
-    time, travel = record.time[keep], record.travel[keep]
+    time, travel = record.time[keep], record.displacement[keep]
     if len(time) < 2 or not time[-1] > 0 or not travel.max() > 0:
         return None
     top = int(np.argmax(record.force[record.time >= 0]))
@@ -69,7 +77,7 @@ def time_series(
     return {
         "time": [float(f"{m:.7g}") for m in moments * 1e3],
         "last": float(moments[-1] * 1e3),
-        "travel": resample(record.travel, 1e3),
+        "travel": resample(record.displacement, 1e3),
         "slip": resample(record.slip, 1e3) if isinstance(record, DropRecord) else [],
         "force": force,
         "deceleration": resample(record.deceleration, 1.0),
@@ -138,8 +146,8 @@ def describe_drop(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> 
         is_tuned = inputs.get("vacuum") == "tuned"
         distance = f"within {inputs['travel'] if is_tuned else show(stop.slip, 'm', 3)}"
     start = inputs.get("speed") or f"a fall of {inputs.get('height')}"
-    most = "" if stop.peak_g is None else f", at up to {show(stop.peak_g, '1', 3)} g"
-    return f"{who} stops {inputs['mass']} from {start} {distance}{most}."
+    peak = "" if stop.peak_g is None else f", at up to {show(stop.peak_g, '1', 3)} g"
+    return f"{who} stops {inputs['mass']} from {start} {distance}{peak}."
 
 
 def _crash_sentence(stop: Any) -> str:
@@ -160,25 +168,39 @@ GOOD = ("STOPPED", "NEVER_SLID")
 """Outcomes in which the mass was stopped."""
 
 
-def headlines(stop: Any | None, is_tuned: bool = False) -> list[Hero]:
-    """Return the headline numbers of a drop: a tuned vacuum first; peaks include impacts."""
+def headlines(stop: Any | None, tuning: Answer | None = None) -> list[Hero]:
+    """Return the headline numbers of a drop; peaks include impacts.
+
+    With the `tuning` of its vacuum, the vacuums come first: the one that uses exactly the travel on
+    average, and the one that is enough for most stops.
+    """
     if stop is None or not stop.feasible or stop.peak_force is None:
         return []
-    crashed = stop.outcome == "BOTTOMED_OUT"
-    peak, g, name = stop.peak_force, stop.peak_g, "Peak force"
-    if crashed:
+    numbers = [] if tuning is None else vacuum_headlines(tuning)
+    if stop.outcome == "BOTTOMED_OUT":
         name = "Peak with a rigid end stop" if stop.crash_force else "Peak before the impact"
-        peak, g = stop.crash_force or peak, stop.crash_g or g
-    text = f"{show(g, '1')} g" if crashed and g is not None else show(peak, "N")
-    numbers = [("hero-peak", name, text)]
-    if is_tuned:
-        numbers.insert(0, ("hero-vacuum", "Required vacuum", show(stop.vacuum, "Pa")))
-    elif stop.slip is not None:
-        numbers.append(("hero-slip", "Brake slip", show(stop.slip, "m")))
-    if crashed:
-        numbers.append(("hero-end-speed", "Speed at impact", show(stop.end_speed, "m/s")))
+        peak, g = stop.crash_force or stop.peak_force, stop.crash_g or stop.peak_g
+        text = show(peak, "N") if g is None else f"{show(g, '1')} g"
+        numbers.append(Hero("hero-peak", name, text))
+    else:
+        numbers.append(predicted_hero("hero-peak", "Peak force", stop, "peak_force"))
+    if tuning is None and stop.slip is not None:
+        numbers.append(predicted_hero("hero-slip", "Brake slip", stop, "slip"))
+    if stop.outcome == "BOTTOMED_OUT":
+        numbers.append(predicted_hero("hero-end-speed", "Speed at impact", stop, "end_speed"))
     elif stop.stopping_time is not None:
-        numbers.append(("hero-time", "Stopping time", show(stop.stopping_time, "s")))
+        numbers.append(predicted_hero("hero-time", "Stopping time", stop, "stopping_time"))
+    return numbers
+
+
+def vacuum_headlines(tuning: Answer) -> list[Hero]:
+    """Return a tuning's vacuums: that of the average stop, and that which suits most stops."""
+    result = tuning.result
+    numbers = [predicted_hero("hero-vacuum", "Required vacuum on average", result, "vacuum")]
+    if result.safe_vacuum is not None:
+        share, travel = f"{result.confidence * 100:.4g} %", tuning.call.options["travel"]
+        name = f"Keeps {share} of stops within {travel}"
+        numbers.append(predicted_hero("hero-safe", name, result, "safe_vacuum"))
     return numbers
 
 
@@ -269,8 +291,11 @@ Drops = Mapping[str, Answer]
 """{mode: answer}."""
 
 
-def list_notes(drops: Drops) -> list[str]:
-    """Return the drops' warnings; one that not all drops share begins with its drop's name."""
+def list_notes(drops: Drops, tuning: Any | None = None) -> list[str]:
+    """Return the drops' warnings, and those of the tuning that no drop has.
+
+    One that not all drops share begins with its drop's name.
+    """
     by_mode = {
         mode: answer.result.warnings for mode, answer in drops.items() if answer.result is not None
     }
@@ -280,12 +305,17 @@ def list_notes(drops: Drops) -> list[str]:
         for w in warnings:
             is_shared = all(w in theirs for theirs in by_brake)
             lines.append(w if is_shared else f"{MODES[mode]}: {w}")
+    sentences = {w for warnings in by_mode.values() for w in warnings}
+    lines += [w for w in (() if tuning is None else tuning.warnings) if w not in sentences]
     return list(dict.fromkeys(lines))
 
 
 def drop_tables(drops: Drops, mode_shown: str) -> tuple[str, str]:
-    """Return the main rows and the others as HTML; a rejected drop's column shows the reason."""
-    stops = {mode: answer.result for mode, answer in drops.items()}
+    """Return the main rows and the others as HTML; a rejected drop's column shows the reason.
+
+    Cells have no room for intervals, which the large numbers state.
+    """
+    stops = {mode: without_intervals(answer.result) for mode, answer in drops.items()}
     fine = {mode: dict(stop.rows()) for mode, stop in stops.items() if stop and stop.feasible}
     main = [key.replace("_", " ") for key in ROWS]
     left_out = {key.replace("_", " ") for key in LEFT_OUT}.union(main)

@@ -6,8 +6,8 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.errors import LayerjamError
-from layerjam.measure.sidecar import SIDECAR_ENDING
+from layerjam.core.errors import LayerjamError
+from layerjam.laboratory.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench import spoken
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Options, parameters, warning_key
@@ -289,12 +289,6 @@ class Laboratory(Page):
         calibration = self._calibration_step()
         if calibration is None or calibration.brake is None:
             return
-        # import late: it is slow, and the fit has already imported it
-        from layerjam.identify.calibration.law_spread import LawSpread
-
-        spread = LawSpread.from_calibration(calibration.result.record[1])
-        if spread is not None:
-            self.desk.laws[calibration.brake.text] = spread
         try:
             self.desk.put_brake(calibration.brake.text)
         except LayerjamError as err:

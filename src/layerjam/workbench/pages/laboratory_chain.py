@@ -11,11 +11,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from layerjam.commands.declare import Progress
-from layerjam.device.file import BrakeFile
-from layerjam.errors import LayerjamError
-from layerjam.report.page import apply_theme, read_inline_svg
-from layerjam.report.style import format_svg
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.core.command.declare import Progress
+from layerjam.core.drawing.page import apply_theme, read_inline_svg
+from layerjam.core.drawing.style import format_svg
+from layerjam.core.errors import LayerjamError
 from layerjam.workbench.call import Call, DataFile, Options, Subject, parameters
 from layerjam.workbench.pages.laboratory_files import Row
 from layerjam.workbench.uploads import restore_names

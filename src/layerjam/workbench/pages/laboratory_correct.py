@@ -8,13 +8,13 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.errors import LayerjamError
-from layerjam.identify.provenance import rename_files
-from layerjam.measure.preview import Preview, preview_file
-from layerjam.measure.sidecar import Facts
-from layerjam.report.chart import Curve, Pane
-from layerjam.report.style import CYCLE
-from layerjam.units import get_spec, show
+from layerjam.core.drawing.chart import Curve, Pane
+from layerjam.core.drawing.style import CYCLE
+from layerjam.core.errors import LayerjamError
+from layerjam.core.units import get_spec, show
+from layerjam.laboratory.identify.provenance import rename_files
+from layerjam.laboratory.measure.preview import Preview, preview_file
+from layerjam.laboratory.measure.sidecar import Facts
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, parameters
 from layerjam.workbench.charts import chart_options

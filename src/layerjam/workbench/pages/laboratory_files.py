@@ -6,12 +6,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
-from layerjam.commands.declare import Progress
-from layerjam.errors import FileError, FitError, MissingExtraError, QuantityError
-from layerjam.identify.provenance import rename_files
-from layerjam.measure.sidecar import SIDECAR_ENDING, Facts, read_facts
-from layerjam.measure.trace import Trace
-from layerjam.units import show
+from layerjam.core.command.declare import Progress
+from layerjam.core.errors import FileError, FitError, MissingExtraError, QuantityError
+from layerjam.core.units import show
+from layerjam.laboratory.identify.provenance import rename_files
+from layerjam.laboratory.measure.sidecar import SIDECAR_ENDING, Facts, read_facts
+from layerjam.laboratory.measure.trace import Trace
 from layerjam.workbench.call import Call, Options, Subject
 from layerjam.workbench.proposals import find_read_error
 from layerjam.workbench.said import ROLES, Edits, sidecar_text

@@ -3,12 +3,13 @@
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from nicegui import events, ui
 
-from layerjam.commands.wording import format_words
+from layerjam.core.command.wording import format_words
 from layerjam.workbench.call import result_fields, warning_key
+from layerjam.workbench.certainty import interval_text
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Box, Notes, show_checks
 from layerjam.workbench.pages.laboratory_chain import Chain, StepResult
@@ -186,29 +187,32 @@ REMEDIES = MappingProxyType(
 """{key of a notice: (text of a button, settings that the button applies)}."""
 
 
-def result_numbers(result: Any) -> list[tuple[str, str, str]]:
-    """Return (key, name, text) of a step's numbers, with 95 % intervals if there are any."""
-    intervals = getattr(result, "intervals", None) or {}
-    rows = []
+class NumberRow(NamedTuple):
+    """A number of a step: its key, its name, its text and its 95 % interval, which may be empty."""
+
+    key: str
+    name: str
+    text: str
+    interval: str = ""
+
+
+def result_numbers(result: Any) -> list[NumberRow]:
+    """Return a step's numbers, with 95 % intervals if there are any."""
+    rows, units = [], result.units
     for f in result.keys():  # noqa: SIM118
-        value, unit = getattr(result, f.name), result.units.get(f.name)
+        value, unit, show_text = getattr(result, f.name), units.get(f.name), f.metadata["shown"]
         if f.name == "kinetic" and value is None:
-            rows.append((f.name, "Kinetic", "stick–slip"))
+            rows.append(NumberRow(f.name, "Kinetic", "stick–slip"))
         if unit is None or not f.metadata["listed"] or value is None:
             continue
-
-        def text(number: float, formatter: Any = f.metadata["shown"], unit: str = unit) -> str:
-            return str(formatter(number)) if formatter else format_words(number, unit)
-
-        value_text, span = text(value), intervals.get(f.name)
-        if span and span["low"] is not None:
-            value_text += f" (95 %: {text(span['low'])} to {text(span['high'])})"
-        rows.append((f.name, key_title(f.name), value_text))
+        text = str(show_text(value)) if show_text else format_words(value, unit)
+        interval = interval_text(result, f.name, unit, value, digits=4)
+        rows.append(NumberRow(f.name, key_title(f.name), text, interval))
     before = getattr(result, "uncalibrated", None)
     if before:
-        rows.append(("before", "MAPE before calibration", f"{before['mape']:.2%}"))
+        rows.append(NumberRow("before", "MAPE before calibration", f"{before['mape']:.2%}"))
     if hasattr(result, "uncalibrated"):
-        rows.append(("pulls", "Pulls", str(len(result.files))))
+        rows.append(NumberRow("pulls", "Pulls", str(len(result.files))))
     return rows
 
 
@@ -227,8 +231,8 @@ def headlines(chain: Chain) -> list[Hero]:
     for step, key, name in HEROES:
         done = chain.done.get(step)
         rows = [] if done is None or done.result is None else result_numbers(done.result)
-        texts = [text.partition(" (")[0] for row, _, text in rows if row == key]
-        numbers += [(f"hero-{step}-{key}", name, text) for text in texts]
+        ident = f"hero-{step}-{key}"
+        numbers += [Hero(ident, name, row.text, row.interval) for row in rows if row.key == key]
     return numbers
 
 
@@ -237,10 +241,11 @@ def show_step(step: StepResult) -> None:
     name, result, meanings = step.call.name, step.result, result_fields(step.call.name)
     with ui.row().classes("w-full items-start gap-8"):
         with ui.grid(columns="auto auto").classes("gap-x-6 gap-y-1 items-baseline"):
-            for key, words, value in result_numbers(result):
+            for key, words, value, interval in result_numbers(result):
                 hint(words).tooltip(page_text(meanings.get(key, words)))
                 ident = f"laboratory-{name}-{key.replace('_', '-')}"
-                dress(ui.label(value), ident, "text-base font-medium")
+                text = f"{value} ({interval})" if interval else value
+                dress(ui.label(text), ident, "text-base font-medium")
         with ui.column().classes("gap-1").style("flex:1; min-width:280px"):
             show_checks(result)
     if step.picture:

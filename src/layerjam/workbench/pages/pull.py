@@ -7,10 +7,9 @@ from typing import Any
 
 from nicegui import events, ui
 
-from layerjam.device.sheets import Sheets
-from layerjam.report.style import BLUE, GREY
-from layerjam.simulate.sheet_motion import SheetMotion
-from layerjam.units import show
+from layerjam.brake.device.sheets import Sheets
+from layerjam.brake.simulate.sheet_motion import SheetMotion
+from layerjam.core.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.answer import Answer, file_bytes
 from layerjam.workbench.call import Call
@@ -56,6 +55,7 @@ from layerjam.workbench.widgets import (
     fold,
     heading,
     hint,
+    predicted_hero,
     status,
 )
 
@@ -179,7 +179,7 @@ class Pull(Page):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.uploads = desk.files
-        self.more_of_pull = OtherInputs(self, "tensile", ("vacuum", "speed", "travel", "model"))
+        self.more_of_pull = OtherInputs(self, "tensile", ("vacuum", "speed", "elongation", "model"))
         self.more_of_saw = OtherInputs(self, STICK_SLIP, ("vacuum", "speed", "damping"))
         self._read: tuple[object, Reading] = (None, Reading())
         self._whole: tuple[object, Any] = (None, None)
@@ -197,7 +197,7 @@ class Pull(Page):
         return map_keys(
             vacuum,
             control("tensile", "speed", 0.001, (1e-4, 0.05)),
-            control("tensile", "travel", min(0.04, usable), (0.001, usable), label="Elongation"),
+            control("tensile", "elongation", min(0.04, usable), (0.001, usable), key="travel"),
             control(STICK_SLIP, "damping", 0.0, (0.0, 100.0)),
             replace(vacuum, key="files_vacuum", label=lacking),
         )
@@ -259,7 +259,7 @@ class Pull(Page):
             if self.value("damping"):
                 inputs["damping"] = self.text("damping")
             return [Call(STICK_SLIP, subjects, {**inputs, **self.more_of_saw.options()})]
-        inputs["travel"] = self.text("travel")
+        inputs["elongation"] = self.text("travel")
         if self.word(MODEL) != "lumped":
             inputs["model"] = self.word(MODEL)
         return [Call("tensile", subjects, {**inputs, **self.more_of_pull.options()})]
@@ -276,23 +276,15 @@ class Pull(Page):
         if self._whole[0] != call.subjects[0].text:
             self._whole = (call.subjects[0].text, Call("show", call.subjects).run())
         pins, reading = self.panel.pinned_answers(call), self._read_files()
-        band = self._compute_band(call, result)
+        band = pull_band.compute_band(call, result.record)
         if not saws:
             pins = (*collect_pinned_files(self.desk, reading), *pins)
-        bands = [(pin.more, pin.answer.result.record, GREY) for pin in pins if pin.more]
-        bands += [(band, result.record, BLUE)] if band else []
+        bands = [pin.more for pin in pins if pin.more]
         shade = partial(pull_band.draw_bands, bands=bands) if bands else None
         return Answer(call, result, pins=pins, finish=shade), self._whole[1], reading, band
 
-    def _compute_band(self, call: Call, result: Any) -> pull_band.Band | None:
-        error = pull_band.law_error(self.desk, call)
-        return None if error is None else pull_band.compute_band(error, result.record, call)
-
     def _pin_with_band(self) -> None:
-        answer = self.panel.shown
-        error = None if answer is None else pull_band.law_error(self.desk, answer.call)
-        if error is not None:
-            self.panel.pin_answer(**{BAND: error.text()})
+        self.panel.pin_answer(**{BAND: pull_band.NAME})
 
     def _read_files(self) -> Reading:
         """Return the results of the files, computed again if files, brake or vacuum changed."""
@@ -321,7 +313,7 @@ class Pull(Page):
             self.peak.fill(pull.peak_force)
         (self.saw if saws else self.pulled).fill(pull)
         self.by_sheet.fill(None if saws else pull.motion, pull.record.brake.brake.sheets)
-        self.heroes.fill(headlines(pull))
+        self.heroes.fill(headlines(pull), pull)
         self.outcome.set_text(describe_stick_slip(pull) if saws else describe_pull(pull))
         self.measured.fill(reading)
         self.errors.fill(reading)
@@ -354,12 +346,13 @@ def headlines(result: Any) -> list[Hero]:
         period = "–" if result.period is None else show(result.period, "s")
         fast = "–" if result.critical_speed is None else show(result.critical_speed, "m/s")
         return [
-            ("amplitude", "Amplitude", swing),
-            ("period", "Period", period),
-            ("critical_speed", "Critical speed", fast),
+            Hero("amplitude", "Amplitude", swing),
+            Hero("period", "Period", period),
+            Hero("critical_speed", "Critical speed", fast),
         ]
-    return [
-        ("peak_force", "Peak force", show(result.peak_force, "N")),
-        ("peak_elongation", "At an elongation of", show(result.peak_elongation, "m")),
-        ("dissipated_energy", "Dissipated as heat", show(result.dissipated_energy, "J")),
-    ]
+    names = {
+        "peak_force": "Peak force",
+        "peak_elongation": "At an elongation of",
+        "dissipated_energy": "Dissipated as heat",
+    }
+    return [predicted_hero(key, name, result, key) for key, name in names.items()]

@@ -1,4 +1,4 @@
-"""The 95 % band of a pull of a calibrated brake: range of validity, pin and drawing."""
+"""The 95 % band of a pull of a tested brake: its pin, its tested part, and drawing."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -6,63 +6,80 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from layerjam.errors import QuantityError
-from layerjam.report import style
-from layerjam.simulate.record import TensileRecord
-from layerjam.units import parse
+from layerjam.brake.simulate.record import TensileRecord
+from layerjam.core.drawing import style
+from layerjam.core.errors import QuantityError
+from layerjam.core.units import parse
 from layerjam.workbench.call import Call
-from layerjam.workbench.desk import Desk
 from layerjam.workbench.pins import BAND, make_call
 from layerjam.workbench.state import Pin
 
 if TYPE_CHECKING:
-    from layerjam.identify.calibration.law_spread import LawError
-    from layerjam.report.style import Figure
+    from layerjam.brake.simulate.prediction import Prediction
+    from layerjam.core.drawing.style import Figure
 
-ASKED = {"vacuum", "speed", "travel"}
-"""Options of a pull that the calibrated law covers; a pull with others has no band."""
-POINTS = 40
-"""Number of elongations in each of three intervals; it is fixed, so that the law compiles once."""
-
+ASKED = {"vacuum", "speed", "elongation"}
+"""Options of a pull that the law covers; a pull with others has no band."""
+POINTS, SAMPLES = 16, 400
+"""Number of elongations in each of three intervals, and of samples of the brake."""
+NAME = "95 % of pulls"
+"""Label of a band in a chart."""
 WORDS = 0.35
 """Fraction of a figure's width that the name of a band occupies."""
 
 
 class Band(NamedTuple):
-    """Half-width of the 95 % band around a force [N], at some elongations [m]."""
+    """95 % interval of the force of the next pull [N], at some elongations [m]."""
 
     elongation: np.ndarray
-    half_width: np.ndarray
-    pulls: int
-
-    @property
-    def name(self) -> str:
-        """Label of the band in a chart."""
-        return f"95 % of {self.pulls} pulls"
+    low: np.ndarray
+    high: np.ndarray
+    tested_end: float
+    """Elongation up to which tests cover the pull [m]: 0, or infinite for all of it."""
 
 
-def law_error(desk: Desk, call: Call) -> "LawError | None":
-    """Return the law error for a pull.
+def is_covered(call: Call) -> bool:
+    """Return whether the law covers a pull."""
+    return call.name == "tensile" and call.options.keys() == ASKED
 
-    None if this tab did not calibrate the brake, or if the law does not cover the pull.
-    """
-    spread = desk.laws.get(call.subjects[0].text)
-    if spread is None or call.name != "tensile" or call.options.keys() != ASKED:
+
+def compute_band(call: Call, record: TensileRecord) -> Band | None:
+    """Return the band of a pull's `record`; None if untested or not covered by the law."""
+    if not is_covered(call) or record.brake.valid_evidence("calibrate") is None:
         return None
-    vacuum, speed = _pull_condition(call)
-    return spread.error_at(vacuum, speed) if vacuum > 0 else None
+    # import late, so that the first page is shown before the computing code is loaded
+    from layerjam.brake.mechanics.effects import fix_speed
+    from layerjam.brake.mechanics.pull import force_at_elongation
+    from layerjam.brake.simulate.prediction import Prediction
 
-
-def compute_band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
-    """Return the band of a pull's `record`; None if the law error is unknown at its vacuum."""
+    vacuum, speed = (
+        parse(call.options[k], unit, k) for k, unit in (("vacuum", "Pa"), ("speed", "m/s"))
+    )
     u = np.asarray(record.elongation, float)
     top = float(u[int(np.argmax(record.force))])
     # include the peak itself, where the force has a kink, with more points near it than beyond
     ends = 0.0, top, min(2 * top, (top + u[-1]) / 2), u[-1]
     stretches = [np.linspace(a, b, POINTS, endpoint=False) for a, b in pairwise(ends)]
     elongation = np.concatenate((*stretches, u[-1:]))
-    half = error.half_width(record.brake.brake, elongation, *_pull_condition(call))
-    return Band(elongation, half, error.pulls) if np.isfinite(half).all() else None
+    slip, file = np.interp(elongation, u, record.slip), record.brake
+    device = fix_speed(speed, file.brake)
+    prediction = Prediction(file, vacuum, slip, speed, device, samples=SAMPLES)
+    forces = force_at_elongation(elongation, vacuum, prediction.brakes)
+    if not np.isfinite(forces).all():
+        return None
+    interval = prediction.interval(forces)
+    tested_end = _find_tested_part(prediction, elongation, slip)
+    return Band(elongation, interval["low"], interval["high"], tested_end)
+
+
+def _find_tested_part(prediction: "Prediction", elongation: np.ndarray, slip: np.ndarray) -> float:
+    """Return the elongation [m] up to which the conditions of a pull were tested."""
+    if not prediction.basis.extrapolations:
+        return float("inf")
+    first, *others = prediction.basis.extrapolations
+    if others or first.quantity != "slip":
+        return 0.0
+    return float(elongation[slip <= first.high].max(initial=0.0))
 
 
 def compute_pinned_band(pin: Pin, result: Any) -> Band | None:
@@ -72,31 +89,18 @@ def compute_pinned_band(pin: Pin, result: Any) -> Band | None:
     """
     if BAND not in pin.options:
         return None
-    # import late: it is slow, and only a pinned band needs it
-    from layerjam.identify.calibration.law_spread import LawError
-
     call = make_call(pin)
-    if call.options.keys() != ASKED:
+    if not is_covered(call):
         raise QuantityError("band: requires a pull with a vacuum, a speed and a travel only")
-    return compute_band(LawError.read(str(pin.options[BAND])), result.record, call)
+    return compute_band(call, result.record)
 
 
-def draw_bands(figure: "Figure", bands: Sequence[tuple[Band, TensileRecord, str]]) -> None:
-    """Draw bands in the figure of a pull, each around its own record and in its own colour.
-
-    Bands from the same number of pulls share a label, above the end of the highest band.
-    """
-    axes, ends = figure.axes[0], dict[str, tuple[float, float]]()
-    for b, record, color in bands:
-        force = np.interp(b.elongation, record.elongation, record.force)
-        x, low, high = b.elongation * 1e3, force - b.half_width, force + b.half_width
-        style.add_band(axes, x, low, high, color)
-        above = float(high[x >= (1 - WORDS) * x[-1]].max()), float(x[-1])
-        ends[b.name] = max(ends.get(b.name, above), above)
-    for name, (y, x_end) in ends.items():
-        style.add_label(axes, x_end, y, f"band: {name}", ha="right", va="bottom")
-
-
-def _pull_condition(call: Call) -> tuple[float, float]:
-    vacuum, speed = call.options["vacuum"], call.options["speed"]
-    return parse(vacuum, "Pa", "vacuum"), parse(speed, "m/s", "speed")
+def draw_bands(figure: "Figure", bands: Sequence[Band]) -> None:
+    """Draw the bands of pinned pulls in the figure of a pull; one label names them all."""
+    axes, ends = figure.axes[0], list[tuple[float, float]]()
+    for b in bands:
+        x = b.elongation * 1e3
+        style.add_band(axes, x, b.low, b.high, style.GREY)
+        ends.append((float(b.high[x >= (1 - WORDS) * x[-1]].max()), float(x[-1])))
+    y, x_end = max(ends)
+    style.add_label(axes, x_end, y, f"band: {NAME}", ha="right", va="bottom")

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.report.chart import Curve, Pane, add_comparisons
-from layerjam.report.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY
-from layerjam.units import show
+from layerjam.core.drawing.chart import Curve, Pane, add_comparisons
+from layerjam.core.drawing.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY
+from layerjam.core.units import show
 from layerjam.workbench.charts import chart_options, round_up
-from layerjam.workbench.pages.pull_band import Band
+from layerjam.workbench.pages.pull_band import NAME, Band
 from layerjam.workbench.pages.pull_files import Reading
 
 MM = 1e3
@@ -40,8 +40,12 @@ def pull_chart(
     """
     pinned_pulls = [item for item in reading.measured_pulls if item.file.key in files]
     few = len(reading.curves or pinned_pulls) + len(pins) <= LABELLED
-    notes = {label: item.name for label, item in bands.items()}
-    curves = [replace(_computed_curve(result, "computed", notes), color=BLUE, width=2.5)]
+    notes = dict.fromkeys(bands, NAME)
+    main = replace(_computed_curve(result, "computed", notes), color=BLUE, width=2.5)
+    curves = [main]
+    if (band := bands.get("")) is not None:
+        # the command dashes the whole curve if any of it is untested
+        curves = _dash_untested(replace(main, dash="solid"), band.tested_end * MM)
     residuals: list[Curve] = []
     drawn_paths, colors = {item.trace.path for item in pinned_pulls}, dict[str, str]()
     for place, item in enumerate(reading.curves):
@@ -63,7 +67,7 @@ def pull_chart(
     ]
     first_edge = len(curves)
     for label, band in bands.items():
-        curves += _band_edges(pins[label] if label else result, band, label)
+        curves += _band_edges(band, label)
     end = max(float(c.x.max()) for c in curves)
     top = round_up(max(brake_facts.max_force, *(float(c.y.max()) for c in curves[1:]), 0.0))
     if residuals:
@@ -84,14 +88,23 @@ def _computed_curve(result: Any, label: str, notes: Mapping[str, str]) -> Curve:
     return replace(result.panes()[0].curves[0], color=GREY, name=label, width=1.2, note=note)
 
 
-def _band_edges(result: Any, band: Band, label: str) -> list[Curve]:
-    x, color = band.elongation, GREY if label else BLUE
-    force = np.interp(x, result.record.elongation, result.record.force)
-    name = f"{label or 'computed'}, {band.name}"
-    ends = ((-band.half_width, f"{name}, lower"), (band.half_width, f"{name}, upper"))
+def _dash_untested(curve: Curve, tested_end: float) -> list[Curve]:
+    """Return a curve, dashed where x is beyond the tested part; two curves if only a part is."""
+    x, y = np.asarray(curve.x), np.asarray(curve.y)
+    count = int(np.searchsorted(x, tested_end, side="right"))
+    if count == len(x):
+        return [curve]
+    if count < 2:
+        return [replace(curve, dash="dashed")]
+    outer = replace(curve, x=x[count - 1 :], y=y[count - 1 :], dash="dashed")
+    return [replace(curve, x=x[:count], y=y[:count], labelled=False), outer]
+
+
+def _band_edges(band: Band, label: str) -> list[Curve]:
+    color, name = GREY if label else BLUE, f"{label or 'computed'}, {NAME}"
     return [
-        Curve(x * MM, force + half, color, edge_name, width=0.8, labelled=False)
-        for half, edge_name in ends
+        Curve(band.elongation * MM, y, color, f"{name}, {side}", width=0.8, labelled=False)
+        for y, side in ((band.low, "lower"), (band.high, "upper"))
     ]
 
 

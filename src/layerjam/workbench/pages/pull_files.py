@@ -8,11 +8,11 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.identify.provenance import rename_files
-from layerjam.identify.pull.features import PullFeatures
-from layerjam.identify.validation.metrics import CurveError
-from layerjam.measure.trace import Trace
-from layerjam.units import show
+from layerjam.core.units import show
+from layerjam.laboratory.identify.provenance import rename_files
+from layerjam.laboratory.identify.pull.features import PullFeatures
+from layerjam.laboratory.identify.validation.metrics import CurveError
+from layerjam.laboratory.measure.trace import Trace
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, Pinned, try_call
 from layerjam.workbench.call import Call, Subject

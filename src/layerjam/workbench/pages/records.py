@@ -7,11 +7,11 @@ from typing import Any
 
 from nicegui import events, ui
 
-from layerjam.errors import FileError, LayerjamError
-from layerjam.fluid.parts import FAMILIES
-from layerjam.toml_files.source import KINDS
-from layerjam.toml_files.toml import MAX_BYTES, decode_toml
-from layerjam.units import QuantitySpec, exact_text, get, show, usual_unit
+from layerjam.brake.fluid.parts import FAMILIES
+from layerjam.core.errors import FileError, LayerjamError
+from layerjam.core.toml_files.source import KINDS
+from layerjam.core.toml_files.toml import MAX_BYTES, decode_toml
+from layerjam.core.units import QuantitySpec, exact_text, get, show, usual_unit
 from layerjam.workbench.controls import (
     Choice,
     add_menu,

@@ -9,9 +9,9 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.device.load import devices, load
-from layerjam.report.style import GREY
-from layerjam.units import parse, show
+from layerjam.brake.device.load import devices, load
+from layerjam.core.drawing.style import GREY
+from layerjam.core.units import parse, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, try_call
 from layerjam.workbench.call import Call
@@ -27,7 +27,7 @@ from layerjam.workbench.widgets import Alert, button, chart, columns, dress, hea
 INTRODUCTION = (
     "A layer-jamming brake is a stack of thin sheets in a soft, airtight enclosure. Pump "
     "the air out, and the atmosphere presses the sheets together: sheets that slid "
-    "freely now hold."
+    "freely now resist."
 )
 PULL, HELD = MappingProxyType({"speed": "1 mm/s"}), 0.04
 """Speed and maximum travel [m] of the pull on this page; short sheets limit the travel."""
@@ -125,7 +125,7 @@ class Start(Page):
     def calls(self) -> Sequence[Call]:
         """Return the calls for the pull and, once requested, for the drop."""
         subject, vacuum = (self.desk.brake_subject(),), self.texts("vacuum")
-        pull = Call("tensile", subject, {**vacuum, **PULL, "travel": self._travel_text()})
+        pull = Call("tensile", subject, {**vacuum, **PULL, "elongation": self._travel_text()})
         return [pull, Call("drop", subject, {**FALL, **vacuum})] if self.dropped else [pull]
 
     def _travel_text(self) -> str:
@@ -164,13 +164,15 @@ class Start(Page):
 
 
 def holding_sentence(pull: Any, gravity: float) -> str:
-    """Return a sentence with the mass, rounded down, that a pull's peak force can hold."""
+    """Return a sentence with the peak force of a pull, and the mass that weighs as much."""
     force = show(pull.peak_force, "N", DIGITS)
     if pull.peak_elongation >= pull.record.elongation[-1]:
         stretch = show(pull.peak_elongation, "m", 2)
-        return f"The sheets do not hold yet: stretched {stretch}, the enclosure pulls with {force}."
+        return (
+            f"The sheets do not resist yet: stretched {stretch}, the enclosure pulls with {force}."
+        )
     mass = show(round_down_digits(pull.peak_force / gravity), "kg", DIGITS)
-    return f"The brake can hold up to {mass} against gravity."
+    return f"The brake resists a pull of up to {force}, the weight of {mass}."
 
 
 def round_down_digits(value: float, digits: int = DIGITS) -> float:

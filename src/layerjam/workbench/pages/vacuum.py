@@ -7,11 +7,11 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.commands.edit import LINE_FIELDS, edit_line
-from layerjam.control.faults import PROVOKED
-from layerjam.control.settings import KINDS, SAFE_STATES
-from layerjam.fluid.parts import parts as known_parts
-from layerjam.units import show
+from layerjam.bench.control.faults import PROVOKED
+from layerjam.bench.control.settings import KINDS, SAFE_STATES
+from layerjam.brake.commands.edit import LINE_FIELDS, edit_line
+from layerjam.brake.fluid.parts import parts as known_parts
+from layerjam.core.units import show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer, try_call
 from layerjam.workbench.call import Call
@@ -39,6 +39,7 @@ from layerjam.workbench.widgets import (
     heading,
     hint,
     key_title,
+    predicted_hero,
     status,
 )
 
@@ -78,6 +79,7 @@ KEY = (
     "Yellow background: fault not detected yet; red background: detected, in the safe state. "
     "Below zero, the pump runs backwards."
 )
+HELD = "Force of the brake"
 LONGEST, SHORTEST = 1200.0, 1e-3
 """Maximum simulated time, and minimum sampling interval, on this page [s]."""
 LOOP = (
@@ -216,33 +218,37 @@ class Vacuum(Page):
         self.regulated.set_visibility(False)
 
     def calls(self) -> Sequence[Call]:
-        """Return the calls for the step response and, with a safe state, for the controller."""
+        """Return the calls for the step response, the controller if chosen, and the brake."""
         subjects, safe = (self.desk.subject("line"),), self.word(self.safe)
         common = self.texts("target")
         if self.word(self.fluid) != "air":
             common["fluid"] = self.word(self.fluid)
         extra = self.more.options()
         site = {key: value for key, value in extra.items() if key == "atmosphere"}
-        calls = [Call("rise", subjects, {**common, **site})]
+        rise = Call("rise", subjects, {**common, **site})
+        place = {"slip": "0 mm", "vacuum": common["target"], **site}
+        force = Call("force", (self.desk.brake_subject(),), place)
         if not safe:
-            return calls
+            return [rise, force]
         inputs = {**common, "safe_state": safe, "kind": self.word(self.law)}
         inputs |= self.texts("duration", "sample_time")
         if self._lacks_sensor():
             inputs |= self.texts(*SENSOR)
         if self.word(self.fault) != "none":
             inputs |= {"fault": self.word(self.fault), "fault_at": self.text("fault_at")}
-        return [*calls, Call("regulate", subjects, {**inputs, **extra})]
+        return [rise, Call("regulate", subjects, {**inputs, **extra}), force]
 
     def compute(self) -> list[Answer]:
-        """Compute each call separately, so that an error in one does not affect the other."""
-        panels = zip((self.steps, self.loop), self.calls(), strict=False)
-        return [replace(try_call(call), pins=panel.pinned_answers(call)) for panel, call in panels]
+        """Compute each call separately, so that an error in one does not affect the others."""
+        *calls, force = self.calls()
+        panels = zip((self.steps, self.loop), calls, strict=False)
+        lines = [replace(try_call(call), pins=panel.pinned_answers(call)) for panel, call in panels]
+        return [*lines, try_call(force)]
 
     def draw(self, result: Sequence[Answer]) -> None:
         """Draw both charts, and show their texts and notes."""
-        rise, *loops = result
-        self._draw_rise(rise)
+        rise, *loops, force = result
+        self._draw_rise(rise, force.result)
         runs = [loop for loop in loops if loop.result is not None]
         self.regulated.set_visibility(bool(runs))
         if not runs:
@@ -254,7 +260,7 @@ class Vacuum(Page):
         warnings = [w for answer in (rise, *runs) if answer.result for w in answer.result.warnings]
         self.notes.fill(list(dict.fromkeys(warnings)))
 
-    def _draw_rise(self, answer: Answer) -> None:
+    def _draw_rise(self, answer: Answer, force: Any) -> None:
         rise = answer.result
         if rise is None:
             self.steps.draw(answer, None)
@@ -266,7 +272,8 @@ class Vacuum(Page):
             risen = f"rises from 10 to 90 % in {show(rise.rise_time, 's', 3)}"
             words = f"A vacuum of {show(rise.target, 'Pa')} in {rise.fluid} {risen}."
         self.rise_words.set_text(words)
-        self.heroes.fill(headlines(rise))
+        shown_force = force if rise.feasible else None
+        self.heroes.fill(headlines(rise, shown_force), shown_force, HELD)
         self.steps.show(answer, self.dark)
 
     def _draw_loop(self, answer: Answer) -> None:
@@ -304,13 +311,18 @@ def describe_fault(result: Any) -> str:
 
 
 def _hero(key: str, name: str, value: float | None, unit: str) -> Hero:
-    return key, name, "–" if value is None else show(value, unit)
+    return Hero(key, name, "–" if value is None else show(value, unit))
 
 
-def headlines(rise: Any) -> list[Hero]:
-    """Return the headline numbers of a step response; a dash marks unknown ones."""
+def headlines(rise: Any, force: Any | None = None) -> list[Hero]:
+    """Return the headline numbers of a step response; a dash marks unknown ones.
+
+    The `force` of the current brake at that vacuum follows the rise time.
+    """
+    brake = [predicted_hero("force", HELD, force, "force")] if force else []
     return [
         _hero("rise_time", "Rise time (10 to 90 %)", rise.rise_time, "s"),
+        *brake,
         _hero("reachable", "Maximum vacuum", rise.reachable, "Pa"),
         _hero("fall_time", f"Fall time, through {rise.fall_by or 'a vent'}", rise.fall_time, "s"),
         _hero("time_constant", "Time constant", rise.time_constant, "s"),

@@ -1,6 +1,6 @@
 /* Printed by layerjam/interop/fmi_variables.py. Apache License 2.0. */
 
-#define LJ_TOKEN "{5928a9b1-564b-7fae-3047-0148bc3a4146}"
+#define LJ_TOKEN "{bf1d7650-b2cf-eb99-ec30-5acc1dd62b92}"
 
 /* value references */
 #define LJ_TIME 0u

@@ -1,0 +1,1 @@
+"""The bench: the vacuum on hardware, real or virtual."""

@@ -1,0 +1,1 @@
+"""Commands that plan, control and run a bench."""

@@ -1,0 +1,148 @@
+"""Stops at one vacuum for uncertain mass, speed and brake: expected peak and probabilities.
+
+Mass and speed are independent and log-normal, with the given means and standard deviations; the
+uncertain numbers of the brake are those of a `Prediction`. `CUBES` independent Latin hypercubes
+give the standard error of each mean. Stops are computed exactly, at constant vacuum.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.bench.control.plan import Arrival, Plan
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.mechanics.stop.exact import NEVER_SLID, STOPPED, stop
+from layerjam.brake.mechanics.stop.motion import rope_spring
+from layerjam.brake.simulate import safe_vacuum, tuned
+from layerjam.brake.simulate.prediction import (
+    FEWEST_SAMPLES,
+    Deviations,
+    Prediction,
+    change_numbers,
+    draw_levels,
+    find_quantiles,
+)
+from layerjam.brake.simulate.safe_vacuum import SafeVacuum, count_samples
+from layerjam.core.evolve import evolve
+
+Array = npt.NDArray[np.float64]
+CUBES = 16
+SAMPLES, SEED = 40_000, 1
+
+
+class Spread(NamedTuple):
+    """Results for one vacuum over all arrivals and brakes; errors are standard errors."""
+
+    peak_g: float
+    """Expected ratio of peak force to weight, for stops before the end of travel."""
+    peak_g_error: float
+    peak_g_95: float
+    """Ratio of peak force to weight that 95 % of those stops do not exceed."""
+    beyond: float
+    """Probability that stopping needs more slip than the travel."""
+    beyond_error: float
+    out: float
+    """Probability that the brake's usable travel is used up (or the brake snaps)."""
+    out_error: float
+    end_speed: float
+    """Mean speed at the end of travel [m/s] of the arrivals that use it up; 0 if none does."""
+    tried: int
+    """Number of stops tried."""
+    slip: Array
+    """Slip [m] of each stop; infinite if it uses up the brake's travel."""
+    peak_force: Array
+    """Peak force [N] of each stop; infinite if it uses up the brake's travel."""
+
+
+def log_normal(normal: Array, mean: float, sd: float) -> Array:
+    """Return the values of a log-normal quantity for values of a standard normal one."""
+    width = np.sqrt(np.log1p((sd / mean) ** 2)) if sd else 0.0
+    return np.asarray(mean * np.exp(width * normal - width**2 / 2))
+
+
+def _cube_size(samples: int) -> int:
+    return max(-(-samples // CUBES), FEWEST_SAMPLES)
+
+
+def draw_arrivals(case: Arrival, samples: int = SAMPLES, seed: int = SEED) -> tuple[Array, Array]:
+    """Return masses [kg] and speeds [m/s], shape (CUBES, n)."""
+    size = _cube_size(samples)
+    cubes = [draw_levels(size, 2, 2 * (CUBES * seed + i)).T for i in range(CUBES)]
+    mass, speed = (np.stack([find_quantiles(cube[k]) for cube in cubes]) for k in range(2))
+    return (
+        log_normal(mass, case.mass, case.mass_sd),
+        log_normal(speed, case.speed, case.speed_sd),
+    )
+
+
+def draw_brakes(
+    file: BrakeFile, vacuum: float, case: Arrival, samples: int = SAMPLES, seed: int = SEED
+) -> Brake:
+    """Return the brake with samples of its uncertain numbers at a vacuum [Pa], shape (CUBES, n)."""
+    size = _cube_size(samples)
+    rows = [
+        Prediction(
+            file, vacuum, case.travel, case.speed, samples=size, seed=2 * (CUBES * seed + i) + 1
+        ).deviations
+        for i in range(CUBES)
+    ]
+    return change_numbers(file.brake, Deviations(*map(np.stack, zip(*rows, strict=True))))
+
+
+def predict_spread(
+    vacuum: float, file: BrakeFile, case: Arrival, samples: int = SAMPLES, seed: int = SEED
+) -> Spread:
+    """Return the expected peak and the probabilities at one vacuum [Pa]."""
+    mass, speed = draw_arrivals(case, samples, seed)
+    brakes = draw_brakes(file, vacuum, case, samples, seed)
+    spring = rope_spring(case.rope_stiffness, brakes)
+    result = stop(mass, speed, vacuum + 0 * mass, spring, case.gravity, brakes)
+    outcome, slip = np.asarray(result.outcome), np.asarray(result.slip)
+    stands = (outcome == STOPPED) | (outcome == NEVER_SLID)
+    g = file.brake.site.gravity
+    with np.errstate(divide="ignore", invalid="ignore"):
+        peak = np.asarray(result.peak_force) / (mass * g)
+        peaks = np.where(stands, peak, 0.0).sum(axis=1) / stands.sum(axis=1)
+    ends = (np.where(stands, v, np.inf).ravel() for v in (slip, np.asarray(result.peak_force)))
+    exceeds = ~stands | (slip > case.travel * (1 + 1e-9))
+    pace = np.asarray(result.end_speed)[~stands]
+    high = float(np.quantile(peak[stands], 0.95)) if stands.any() else float("nan")
+    pace_left = float(np.nanmean(pace)) if np.isfinite(pace).any() else 0.0
+    least = 0.5 / mass.shape[1]  # the cubes share the quantiles of each quantity
+    late, out = (
+        _mean_and_error(exceeds.mean(axis=1), least),
+        _mean_and_error((~stands).mean(axis=1), least),
+    )
+    return Spread(*_mean_and_error(peaks, 0.0), high, *late, *out, pace_left, mass.size, *ends)
+
+
+def _mean_and_error(values: Array, least: float) -> tuple[float, float]:
+    """Return the mean over the hypercubes and its standard error, which is at least `least`."""
+    if not np.isfinite(values).all():
+        return float("nan"), float("nan")
+    return float(values.mean()), max(float(values.std(ddof=1)) / CUBES**0.5, least)
+
+
+def find_safe_vacuum(plan: Plan, confidence: float, seed: int = SEED) -> SafeVacuum:
+    """Return the vacuum that keeps the share `confidence` of stops within the travel."""
+    file, case = plan.brake, plan.case
+    mean_case = tuned.Case(
+        brake=file.brake,
+        mass=case.mass,
+        speed=case.speed,
+        travel=case.travel,
+        gravity=case.gravity,
+        rope=case.rope_stiffness,
+    )
+    vacuum = plan.needed or plan.reached
+    prediction = Prediction(
+        file, vacuum, case.travel, case.speed, samples=count_samples(mean_case), seed=seed
+    )
+    levels = draw_levels(prediction.samples, 2, seed + 1).T
+    mass = log_normal(find_quantiles(levels[0]), case.mass, case.mass_sd)
+    speed = log_normal(find_quantiles(levels[1]), case.speed, case.speed_sd)
+    return safe_vacuum.find_safe_vacuum(
+        evolve(mean_case, mass=mass, speed=speed), prediction, confidence
+    )

@@ -1,0 +1,1 @@
+"""The brake: what it is, and how it behaves."""

@@ -1,0 +1,1 @@
+"""Commands that predict the behaviour of a brake or of a vacuum line."""

@@ -1,0 +1,123 @@
+"""Vacuum that stops a mass after a given slip: by the paper's eq. 10, and exactly."""
+
+from typing import Any
+
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.mechanics.arrays import map_leaves, xp
+from layerjam.brake.mechanics.effects import depends_on_speed, has_speed_effects, ignore_speed
+from layerjam.brake.mechanics.enclosure import brake_enclosure
+from layerjam.brake.mechanics.energy import slip_work
+from layerjam.brake.mechanics.fan import fan_force, fan_work
+from layerjam.brake.mechanics.friction import sheet_law
+from layerjam.brake.mechanics.law import keep_if, law, safe_sqrt
+from layerjam.brake.mechanics.pull import holding_vacuum
+from layerjam.brake.mechanics.roots import crossing
+from layerjam.brake.mechanics.stop.exact import STOPPED, stop
+from layerjam.brake.mechanics.stop.motion import rope_spring
+from layerjam.brake.mechanics.stop.paced_tune import (
+    FARTHEST,
+    block_gradient,
+    paced_speeds,
+    paced_vacuum,
+)
+
+
+def _absorbed_energy(vacuum: Any, weight: Any, slip: Any, spring: Any, brake: Brake) -> Any:
+    """Return the kinetic energy of a mass that a vacuum [Pa] stops after a slip [m], in [J]."""
+    sheets, enclosure = sheet_law(vacuum, brake), brake_enclosure(vacuum, brake)
+    force = fan_force(slip, sheets) + enclosure.force(slip)
+    work = fan_work(0.0 * slip, slip, sheets) + enclosure.work(slip)
+    return work + force**2 / (2 * spring) - weight * (slip + force / spring)
+
+
+@law
+def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> Any:
+    """Vacuum [Pa] at which a mass [kg] arriving with `speed` [m/s] stops after `slip` [m].
+
+    `spring` [N/m] is rope and brake in series (infinite for none), `gravity` [m/s^2] acts along the
+    pull. NaN if there is none. The mass may be too fast for the site's full vacuum, or so slow that
+    a brake weak enough for that slip could not hold the weight there. With a speed law (of a power
+    above 0) there is no energy balance: stops are computed until one ends within 1e-6 of the slip,
+    which takes a thousand times as long. It needs a finite spring, and a derivative raises
+    QuantityError.
+    """
+    shape = xp.broadcast_arrays(mass, speed, slip, spring, gravity, brake.sheets.count)
+    mass, speed, slip, spring, gravity, _ = shape
+    balance = _balanced_vacuum(mass, speed, slip, spring, gravity, brake)
+    if not has_speed_effects(brake):
+        return balance
+    case = map_leaves(block_gradient, (mass, speed, slip, spring, gravity, brake))
+    return xp.where(depends_on_speed(brake), paced_vacuum(*case), balance)
+
+
+def _balanced_vacuum(
+    mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake
+) -> Any:
+    """Return the vacuum that meets the energy balance at the end of the slip."""
+    top = brake.site.atmosphere + xp.zeros_like(mass)
+    least = holding_vacuum(mass * gravity, slip, brake)
+    low = xp.where(xp.isnan(least), top, least)
+
+    def excess(vacuum: Any) -> Any:
+        return _absorbed_energy(vacuum, mass * gravity, slip, spring, brake) - mass * speed**2 / 2
+
+    return keep_if(~xp.isnan(least), crossing(excess, low, top))
+
+
+@law
+def tuned_stop(mass: Any, speed: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> Any:
+    """Return the `tuned_vacuum` [Pa] if its stop ends as STOPPED after `slip` [m], or NaN.
+
+    The balance holds at the end of the slip; on a soft `rope` [N/m] (None: no rope) the mass may
+    stop or the brake snap earlier. All arguments broadcast, including the brake's numbers.
+    """
+    spring = rope_spring(rope, brake)
+    arrays = (mass, speed, slip, spring, gravity, brake.sheets.count)
+    mass, speed, slip, spring, gravity, _ = xp.broadcast_arrays(*arrays)
+    vacuum = tuned_vacuum(mass, speed, slip, spring, gravity, brake)
+    plain = ignore_speed(brake)
+    result = stop(mass, speed, xp.where(xp.isnan(vacuum), 0.0, vacuum), spring, gravity, plain)
+    is_met = (result.outcome == STOPPED) & (xp.abs(result.slip - slip) <= FARTHEST * slip)
+    # a vacuum of `paced_vacuum` has already been tried
+    return keep_if(is_met | xp.asarray(depends_on_speed(brake)), vacuum)
+
+
+@law
+def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> tuple[Any, Any]:
+    """Return the speeds [m/s] between which `tuned_vacuum` solves its balance at a slip [m].
+
+    The slowest belongs to the vacuum that just holds the weight there, the fastest to the site's
+    full vacuum. NaN if even that cannot hold it; if the slowest exceeds the fastest, there is no
+    such speed. With a speed law stops are tried, as in `tuned_vacuum`.
+    """
+    spring, full = rope_spring(rope, brake), brake.site.atmosphere
+    least = holding_vacuum(mass * gravity, slip, brake)
+
+    def speed(vacuum: Any) -> Any:
+        energy = _absorbed_energy(vacuum, mass * gravity, slip, spring, brake)
+        return safe_sqrt(xp.maximum(energy, 0.0) * 2 / mass)
+
+    low, high = speed(least), keep_if(~xp.isnan(least), speed(full))
+    if not has_speed_effects(brake):
+        return low, high
+    wide = xp.broadcast_arrays(mass, slip, spring, gravity, brake.sheets.count)[:4]
+    slowest, fastest = paced_speeds(*map_leaves(block_gradient, (*wide, brake)))
+    has_speed = depends_on_speed(brake)
+    return xp.where(has_speed, slowest, low), xp.where(has_speed, fastest, high)
+
+
+@law
+def vacuum_eq10(mass: Any, speed: Any, slip: Any, brake: Brake) -> Any:
+    """Return the paper's tuned vacuum [Pa]: half m v^2 = E(slip, P), no gravity, no elastic part.
+
+    NaN if the site's full vacuum is not enough.
+    """
+    shape = xp.broadcast_arrays(mass, speed, slip)
+    mass, speed, slip = shape
+    energy = mass * speed**2 / 2
+    top = brake.site.atmosphere + xp.zeros_like(energy)
+
+    def excess(vacuum: Any) -> Any:
+        return slip_work(slip, vacuum, brake) - energy
+
+    return crossing(excess, xp.zeros_like(top), top)

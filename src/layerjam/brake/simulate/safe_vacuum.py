@@ -1,0 +1,76 @@
+"""Vacuum at which a stated share of stops stays within a travel, for a brake that scatters."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.brake.mechanics.effects import depends_on_speed
+from layerjam.brake.mechanics.stop.exact import NEVER_SLID, STOPPED, stop
+from layerjam.brake.mechanics.stop.motion import rope_spring
+from layerjam.brake.mechanics.stop.tune import tuned_stop
+from layerjam.brake.simulate.prediction import SAMPLES, Prediction
+from layerjam.brake.simulate.tuned import FEW, Case
+
+Array = npt.NDArray[np.float64]
+DECISION_SAMPLES = 4 * SAMPLES
+"""Number of samples for one quantile that a decision rests on: it varies by 0.3 %."""
+ROUNDS = 40
+"""Rounds of a bisection over the vacuum."""
+
+
+class SafeVacuum(NamedTuple):
+    """Vacuum [Pa] that keeps the stated share of stops within the travel, None if none does.
+
+    `least_vacuums` [Pa] are those that the samples of the brake need: 0 if a sample always stops
+    within the travel, infinite if it never does. `share` is that of the stops at the site's full
+    vacuum.
+    """
+
+    vacuum: float | None
+    least_vacuums: Array
+    share: float
+
+
+def count_samples(case: Case) -> int:
+    """Return the number of samples for a case; fewer if every stop must be integrated."""
+    return FEW if depends_on_speed(case.brake) else DECISION_SAMPLES
+
+
+def find_safe_vacuum(case: Case, prediction: Prediction, confidence: float) -> SafeVacuum:
+    """Return the vacuum that keeps the share `confidence` of stops within the travel of a case."""
+    mass, speed, travel, rope, gravity, _ = case.values_per_brake()
+    brakes, unit = prediction.brakes, np.ones(prediction.samples)
+    least_vacuums = np.asarray(
+        tuned_stop(mass * unit, speed * unit, travel * unit, rope, gravity, brakes)
+    )
+    atmosphere = case.brake.site.atmosphere
+
+    def is_within(vacuum: Any) -> npt.NDArray[np.bool_]:
+        """Return which samples stop within the travel at a vacuum."""
+        spring = rope_spring(rope, brakes)
+        end = stop(mass * unit, speed * unit, vacuum * unit, spring, gravity, brakes)
+        stands = (end.outcome == STOPPED) | (end.outcome == NEVER_SLID)
+        return np.asarray(stands & (end.slip <= travel * (1 + 1e-9)))
+
+    missing = np.isnan(least_vacuums)
+    if missing.any():
+        # too slow to use up the travel, or too fast even for full vacuum
+        reaches = is_within(atmosphere)
+        least_vacuums = np.where(missing, np.where(reaches, 0.0, np.inf), least_vacuums)
+        least_vacuums = np.where(
+            missing & reaches, _bisect_least(is_within, atmosphere), least_vacuums
+        )
+    share = float(np.isfinite(least_vacuums).mean())
+    vacuum = float(prediction.quantiles(least_vacuums, confidence))
+    return SafeVacuum(vacuum if vacuum <= atmosphere else None, least_vacuums, share)
+
+
+def _bisect_least(is_within: Any, atmosphere: float) -> Array:
+    """Return the lowest vacuum at which each sample stops within the travel."""
+    low, high = np.zeros(1), np.full(1, atmosphere)
+    for _ in range(ROUNDS):
+        middle = (low + high) / 2
+        good = is_within(middle)
+        low, high = np.where(good, low, middle), np.where(good, middle, high)
+    return np.asarray(high)

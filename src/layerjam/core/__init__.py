@@ -1,0 +1,1 @@
+"""Basis of all wings: errors, units, files, declared commands, drawing."""

@@ -1,0 +1,1 @@
+"""Drawing without a subject: style, charts, pages, folders of a report."""

@@ -1,0 +1,70 @@
+"""Files that are written completely or not at all."""
+
+import contextlib
+import functools
+import os
+import secrets
+from collections.abc import Callable
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+from layerjam.core.errors import FileError
+from layerjam.core.system import check_file_name, report_failure
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Appearing:
+    """Whether the whole result of a command has begun to appear; an interrupt is then too late."""
+
+    begun = False
+
+
+def accept_force_option(function: Callable[P, R]) -> Callable[P, R]:
+    """Make a function accept `force` as the former name of its parameter `overwrite`."""
+
+    @functools.wraps(function)
+    def call(*args: P.args, **named: P.kwargs) -> R:
+        if "force" in named:
+            named["overwrite"] = named.pop("force")
+        return function(*args, **named)
+
+    return call
+
+
+def store_file(
+    path: str | Path, content: str | bytes | Callable[[Path], object], overwrite: bool = False
+) -> Path:
+    """Fill a temporary file next to `path`, then move it there in one step.
+
+    `content` is the text (written as UTF-8), the bytes, or a function that fills the file at a
+    path. Raises FileError, and leaves nothing behind, if the file cannot be written, or if it
+    exists and `overwrite` is not set.
+    """
+    path = Path(path)
+    check_file_name(path)
+    with report_failure(path, "cannot be written"):
+        exists = os.path.lexists(path)
+    if exists and not overwrite:
+        raise FileError(path, "already exists; --overwrite replaces it")
+    if path.is_dir():
+        raise FileError(path, "is a folder, not a file")
+    with report_failure(path, "cannot be written"), contextlib.ExitStack() as leftovers:
+        temporary = _make_temporary_file(path)
+        leftovers.callback(temporary.unlink, missing_ok=True)
+        if isinstance(content, str | bytes):
+            temporary.write_bytes(content if isinstance(content, bytes) else content.encode())
+        else:
+            content(temporary)
+        os.replace(temporary, path)
+    return path
+
+
+def _make_temporary_file(path: Path) -> Path:
+    """Create an empty file with a random name and the permissions of the user's umask."""
+    name = f".{path.stem[:40]}-{secrets.token_hex(8)}{path.suffix}"
+    path_of_file = path.with_name(name)
+    # let the system apply the umask, because reading it would change it for the entire process
+    os.close(os.open(path_of_file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+    return path_of_file

@@ -1,0 +1,1 @@
+"""Measurements: what tests say about a brake."""

@@ -1,0 +1,1 @@
+"""Commands that read tests, calibrate, report and publish."""

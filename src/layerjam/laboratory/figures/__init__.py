@@ -1,0 +1,1 @@
+"""Figures of measurements, and the report of a brake."""

@@ -1,0 +1,200 @@
+"""The figure of a calibration: pulls, the fitted law with its bands, and the residuals."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.core.drawing import style
+from layerjam.core.drawing.style import FAINT, GREY, MM, ORANGE, RED
+from layerjam.core.errors import count_text
+from layerjam.core.units import show
+from layerjam.laboratory.identify.calibration.forward import (
+    FINE,
+    ReducedCurves,
+    evaluate_law,
+    reduce_curves,
+)
+from layerjam.laboratory.identify.calibration.law_spread import LawSpread
+from layerjam.laboratory.identify.calibration.least_squares import JointFit
+from layerjam.laboratory.identify.calibration.result import Calibration
+from layerjam.laboratory.identify.curves import Curve, number_levels
+
+POINTS = 200
+TOGETHER = 4
+ZOOM = 4.0
+"""Range of the right-hand panels, relative to the elongation at the peak."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FigureData:
+    """Law and uncertainty of each curve of a fit.
+
+    `shapes` (curves, 3) are (a, k, the enclosure's factor). `sure` and `scatter` (curves, 3, 3) are
+    covariances of (ln a, ln k, factor). `sure` is that of the law itself, `scatter` that of a
+    further pull about it (None if there are no repeats). `origins` (curves,) [m] are the starts of
+    the rises, `offsets` [N] the zeros of the forces. `t` is Student's quantile for the bands.
+    """
+
+    curves: tuple[Curve, ...]
+    shapes: np.ndarray
+    origins: np.ndarray
+    offsets: np.ndarray
+    sure: np.ndarray | None
+    scatter: np.ndarray | None
+    t: float
+
+
+@style.use_style
+def draw_calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.Figure:
+    """Draw pulls and law versus elongation, complete and near the peak, and relative residuals."""
+    data = _make_figure_data(result)
+    figure, panels = style.make_axes(
+        2, 2, 9.6, 5.6, sharex="col", sharey="row", height_ratios=(2.1, 1), width_ratios=(1.25, 1)
+    )
+    full, zoom, residuals, close = panels
+    level = np.array(number_levels([c.vacuum for c in data.curves]))
+    names = {n: show(c.vacuum, "Pa") for n, c in zip(level[::-1], data.curves[::-1], strict=True)}
+    order = sorted(names, reverse=True)
+    colors = dict(zip(order, style.choose_colours([str(n) for n in order]).values(), strict=True))
+    _draw_curves(panels, data, [colors[n] for n in level], file.brake)
+    ends = []
+    for number in order:
+        members = np.flatnonzero(level == number)
+        reach = max(float(data.curves[i].elongation[-1]) for i in members)
+        below = (residuals, close) if number == order[0] else ()
+        end = _draw_law(
+            (full, zoom), below, data, int(members[0]), reach, colors[number], file.brake
+        )
+        ends.append((end, names[number], colors[number]))
+    highest = max(float(c.pull.peak_force) for c in data.curves)
+    peak = max(float(c.pull.peak_elongation) for c in data.curves)
+    count = len(data.curves)
+    words = f"{file.name}, {count_text(count, 'pull')}" + ", synthetic data" * synthetic
+    style.label_axes(full, ylabel="force [N]", ylim=(0, highest * 1.15), xlim=(0, None))
+    style.add_title(full, "Pulls and calibrated law", f"{words}; law dashed")
+    style.add_end_labels(full, full.get_xlim()[1], ends)
+    zoom.set_xlim(0, ZOOM * peak * MM)
+    factor = result.values.get("enclosure_factor")
+    numbers = f"k = {show(result.stiffness, 'N/m')}, a = {result.scale_factor:.4g}"
+    numbers += "" if factor is None else f", enclosure × {factor:.3g}"
+    style.add_title(zoom, "Near the peak", numbers)
+    if result.fit is None:
+        _draw_peaks(zoom, result)
+    sure = "95 % bands: the law (dark), the next pull (pale)"
+    words = (
+        "one pull: the uncertainty of the law is unknown without repeats"
+        if data.sure is None
+        else sure
+    )
+    residuals.set_title(words, fontsize=8.5, fontweight="normal", color=GREY)
+    limit = min(max(abs(edge) for edge in residuals.get_ylim()), 30.0)
+    style.label_axes(residuals, ylabel="pull − law [% of peak]", ylim=(-limit, limit))
+    for axes in (residuals, close):
+        axes.axhline(0, color=FAINT, lw=1)
+        axes.set(xlabel="elongation [mm]")
+    return figure
+
+
+def _draw_curves(
+    panels: Sequence[style.Axes], data: FigureData, colors: Sequence[str], brake: Brake
+) -> None:
+    """Draw the pulls versus elongation, and the residuals of the law in percent of the peak."""
+    full, zoom, residuals, close = panels
+    samples = reduce_curves(data.curves)
+    for index, curve in enumerate(data.curves):
+        u, force = _average_points(samples, index)
+        u, force = u - data.origins[index], force - data.offsets[index]
+        law, _ = evaluate_law(
+            np.maximum(u, 0.0), curve.vacuum, data.shapes[index], np.zeros((3, 3)), brake
+        )
+        left = (force - law) / float(curve.pull.peak_force) * 100
+        for axes in (full, zoom):
+            axes.plot(*style.thin_out(u * MM, force, 200), color=colors[index], lw=1.0, alpha=0.55)
+        for axes in (residuals, close):
+            axes.plot(*style.thin_out(u * MM, left, 200), color=colors[index], lw=0.8, alpha=0.7)
+
+
+def _average_points(samples: ReducedCurves, index: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return elongation and force of a curve, averaged where samples are dense to reduce noise."""
+    weight = samples.weight[index]
+    group = np.arange(len(weight))
+    group[:FINE] = group[:FINE] // TOGETHER * TOGETHER
+    total = np.bincount(group, weight)
+    is_filled = total > 0
+    u, force = (
+        np.bincount(group, weight * values[index])[is_filled] / total[is_filled]
+        for values in (samples.elongation, samples.force)
+    )
+    return u, force
+
+
+def _draw_law(
+    panels: Sequence[style.Axes],
+    below: Sequence[style.Axes],
+    data: FigureData,
+    index: int,
+    end: float,
+    color: str,
+    brake: Brake,
+) -> float:
+    """Draw the law at one vacuum with its bands, and the bands about zero in `below`.
+
+    Returns the force of the law at its last elongation.
+    """
+    curve, shape = data.curves[index], data.shapes[index]
+    close = ZOOM * float(curve.pull.peak_elongation)
+    u = np.union1d(np.linspace(0, close, POINTS), np.linspace(0, end, POINTS))
+    u = u[u <= end]
+    law, _ = evaluate_law(u, curve.vacuum, shape, np.zeros((3, 3)), brake)
+    for axes in panels:
+        axes.plot(u * MM, law, color=color, lw=1.3, ls=style.DASHED)
+    if data.sure is not None and data.scatter is not None:
+        sure = data.sure[index]
+        for covariance, strength in ((sure + data.scatter[index], 0.13), (sure, 0.30)):
+            wide = data.t * evaluate_law(u, curve.vacuum, shape, covariance, brake)[1]
+            part = wide / float(curve.pull.peak_force) * 100
+            for axes in panels:
+                style.add_band(axes, u * MM, law - wide, law + wide, color, strength)
+            for axes in below:
+                style.add_band(axes, u * MM, -part, part, color, strength / 2)
+    return float(law[-1])
+
+
+def _draw_peaks(axes: style.Axes, result: Calibration) -> None:
+    """Draw the fitted peaks of the exact method, and a line whose slope is the stiffness k."""
+    for fit in result.fits:
+        style.add_point(axes, fit.pull.peak_elongation * MM, fit.pull.peak_force, ms=4)
+    top = max(fit.pull.peak_force for fit in result.fits)
+    axes.plot([0, top / result.stiffness * MM], [0, top], color=ORANGE, lw=1.5)
+    style.add_key(axes, ("slope k", ORANGE), ("fitted peaks", RED, "o"), loc="lower right")
+
+
+def _make_figure_data(result: Calibration) -> FigureData:
+    count, fit = len(result.curves), result.fit
+    spread = LawSpread.from_calibration(result)
+    origins, offsets = np.zeros(count), np.zeros(count)
+    if fit is None:
+        a, k = result.scale_factor, result.stiffness
+        shapes = np.array([[a * f.growth, k, 1.0] for f in result.fits])
+    elif isinstance(fit, JointFit):
+        shapes = np.array([fit.shape(i) for i in range(count)])
+        origins = fit.own.own[:, 3] * fit.reduced.onset
+        offsets = fit.own.own[:, 4] * fit.reduced.height
+    else:
+        shape = result.scale_factor, result.stiffness, result.values["enclosure_factor"]
+        shapes = np.tile(np.array(shape), (count, 1))
+        origins = np.median(fit.slack, axis=(0, 1))
+    return FigureData(
+        curves=result.curves,
+        shapes=shapes,
+        origins=origins,
+        offsets=offsets,
+        sure=None
+        if spread is None
+        else np.array([spread.covariance_at(c.vacuum, c.speed) for c in result.curves]),
+        scatter=None if spread is None else np.tile(spread.scatter, (count, 1, 1)),
+        t=spread.t if spread else float("nan"),
+    )

@@ -1,0 +1,173 @@
+"""Measured pulls as input to a fit to many of them."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from layerjam.core.errors import FitError
+from layerjam.core.evolve import evolve
+from layerjam.core.units import show
+from layerjam.laboratory.identify.pull.features import LINEAR, PullFeatures, select_loading
+from layerjam.laboratory.measure.trace import Trace
+
+ALIKE = 0.03
+"""Relative gap between sorted vacuums or speeds below which they count as one condition."""
+SHORTEST = 50
+"""Minimum number of samples of a curve above a fifth of its maximum force."""
+
+
+class Turn(NamedTuple):
+    """Statements about the place of a pull in a campaign; None if not stated.
+
+    `start` [s since 1970] is the start of the test, `repeat` and `mounting` are numbers.
+    """
+
+    start: float | None = None
+    repeat: int | None = None
+    mounting: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Curve:
+    """Loading branch of one pull, in SI units; the elongation is zero where the rise begins.
+
+    `speed` is None if neither the file nor its sidecar states it, `recorded_speed` if the file has
+    no time. `repeat` is the pull's number among those at the same vacuum and speed; `pull` contains
+    its features.
+    """
+
+    elongation: np.ndarray
+    force: np.ndarray
+    vacuum: float
+    speed: float | None
+    repeat: int | None
+    path: str
+    pull: PullFeatures
+    specimen: str = ""
+    recorded_speed: float | None = None
+    mounting: int | None = None
+    """Number of the mounting, from the pull's sidecar."""
+    limits: Mapping[str, float | None] = field(default_factory=dict)
+    """Error limits of the "load_cell" (relative) and the "gauge" [Pa], from the sidecar."""
+    synthetic: bool = False
+    """Whether a program generated the file."""
+    turn: Turn = Turn()
+    """Place of the pull in the campaign, as far as it is stated."""
+
+    @property
+    def name(self) -> str:
+        """File name without its folder, with the specimen if the file has several."""
+        name = Path(self.path).name
+        return f"{name}, specimen {self.specimen}" if self.specimen else name
+
+
+def crosshead_speed(trace: Trace) -> float | None:
+    """Return the crosshead speed [m/s], stated or else recorded; None if unknown."""
+    return recorded_speed(trace) if trace.facts.speed is None else trace.facts.speed
+
+
+def recorded_speed(trace: Trace) -> float | None:
+    """Return the crosshead speed [m/s] over the loading branch; None if the record has no time.
+
+    Only the middle half of the branch is used, to exclude acceleration and a return.
+    """
+    if trace.time is None:
+        return None
+    end = len(select_loading(trace)[0])
+    first, last = end // 4, max(3 * end // 4, end // 4 + 1)
+    if last >= end or not trace.time[last] > trace.time[first]:
+        return None
+    rate = (trace.elongation[last] - trace.elongation[first]) / (
+        trace.time[last] - trace.time[first]
+    )
+    return float(rate) if rate > 0 else None
+
+
+def make_curve(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> Curve:
+    """Return the curve of a pull at a vacuum [Pa], with speed and specimen from its `trace`."""
+    return Curve(
+        elongation=pull.elongation,
+        force=pull.force,
+        vacuum=vacuum,
+        speed=None if trace is None else crosshead_speed(trace),
+        repeat=None,
+        path=pull.path,
+        pull=pull,
+        specimen="" if trace is None else trace.specimen,
+        recorded_speed=None if trace is None else recorded_speed(trace),
+        mounting=None if trace is None else trace.facts.mounting_number,
+        limits={} if trace is None else trace.facts.instrument_limits,
+        synthetic=trace is not None and trace.synthetic,
+        turn=Turn()
+        if trace is None
+        else Turn(trace.start, trace.facts.repeat, trace.facts.mounting),
+    )
+
+
+def make_curves(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Curve, ...]:
+    """Return curves from traces, features and vacuums [Pa]; repeats are numbered in this order."""
+    return number_repeats([make_curve(pull, vacuum, trace) for trace, pull, vacuum in pulls])
+
+
+curves_of = make_curves  # former name
+
+
+def group_conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
+    """Return the indices of curves under the same conditions: vacuum and speed within `ALIKE`."""
+    vacuums = number_levels([c.vacuum for c in curves])
+    speeds = number_levels([c.speed or 0.0 for c in curves])
+    members: dict[tuple[int, int], list[int]] = {}
+    for place, key in enumerate(zip(vacuums, speeds, strict=True)):
+        members.setdefault(key, []).append(place)
+    return [tuple(m) for m in members.values()]
+
+
+def number_levels(values: Sequence[float]) -> list[int]:
+    """Return the index of each value's level; a gap of more than `ALIKE` begins a new level."""
+    order = np.argsort(values)
+    level, last, out = 0, None, [0] * len(values)
+    for place in order:
+        value = values[place]
+        if last is not None and value > last * (1 + ALIKE) + 1e-12:
+            level += 1
+        out[place], last = level, value
+    return out
+
+
+def describe_condition(curve: Curve) -> str:
+    """Return the vacuum and speed as text, such as 94.5 kPa, 13 mm/s."""
+    words = show(curve.vacuum, "Pa")
+    return words if curve.speed is None else f"{words}, {show(curve.speed, 'm/s')}"
+
+
+def number_repeats(curves: Sequence[Curve]) -> tuple[Curve, ...]:
+    """Return the curves with `repeat` counted from 1 within each condition."""
+    counts = {place: n for group in group_conditions(curves) for n, place in enumerate(group, 1)}
+    return tuple(evolve(curve, repeat=counts[i]) for i, curve in enumerate(curves))
+
+
+def select_fitted_part(curve: Curve) -> slice:
+    """Return the samples that a whole-curve fit uses: from a fifth of the maximum force onwards.
+
+    Below that, the grips settle and slack is taken up, which the law does not describe.
+    """
+    height = curve.pull.peak_force
+    rise = curve.force[: int(np.argmax(curve.force)) + 1]
+    below = np.flatnonzero(rise <= LINEAR[0] * height)
+    return slice(int(below[-1]) + 1 if len(below) else 0, len(curve.force))
+
+
+def require_usable_pull(pull: PullFeatures, vacuum: float) -> None:
+    """Raise FitError if a pull cannot be used in a fit to whole curves."""
+    if vacuum <= 0:
+        raise FitError.of(pull.path, f"a vacuum of {show(vacuum, 'Pa')} jams no sheet")
+    above = int((pull.force > LINEAR[0] * pull.peak_force).sum())
+    if above < SHORTEST:
+        raise FitError.of(
+            pull.path,
+            f"has {above} samples above {LINEAR[0]:.0%} of its maximum force; at "
+            f"least {SHORTEST} are needed to fit its curve",
+        )

@@ -1,0 +1,158 @@
+"""Record of a friction test: its outward part, the zero and drift of its load cell, and its spikes.
+
+A zero that drifts and a friction that changes along the film look the same within the window of the
+kinetic mean. A record that goes on until the string is slack again shows which one it is.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from layerjam.core.errors import FileError
+from layerjam.core.evolve import evolve
+from layerjam.core.units import show
+from layerjam.laboratory.identify.friction.spikes import Spike, find_spikes, remove_spikes
+from layerjam.laboratory.identify.load_cell import Zero, find_released_force, find_zero
+from layerjam.laboratory.identify.statistics import fit_line
+from layerjam.laboratory.measure.noise import find_quantum, running_mean
+from layerjam.laboratory.measure.saturation import Plateau, find_plateau
+from layerjam.laboratory.measure.trace import Array, Trace
+
+SLIDES = 0.8
+"""Part of the sliding force at which the sled counts as sliding."""
+BLOCKS = 24
+"""Number of means over the window; their scatter sets the error of the slope, so that a patch of
+the film counts once."""
+LASTS = 0.9
+"""Part of the record that a plateau must reach to count as steady sliding."""
+CERTAIN = 3.0
+"""Number of standard errors by which a drift must exceed zero."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SledRecord:
+    """Outward part of a friction test without spikes, in SI units; arrays of shape (N,).
+
+    `travel` is that of the crosshead from the first sample, `time` is None if unknown. `level` is
+    the usual force while sliding. `zero` is the force before the load, None if the record does not
+    show it, and `tare_force` the force that was subtracted. `end_force` is the force after the test
+    with a slack string, None if it was not recorded. `quantum` is the resolution of the force.
+    """
+
+    travel: Array
+    force: Array
+    time: Array | None
+    level: float
+    zero: Zero | None
+    tare_force: float | None
+    end_force: float | None
+    spikes: tuple[Spike, ...]
+    plateau: Plateau | None
+    quantum: float
+    samples: int
+    """Samples of the whole record, with the return stroke."""
+
+    @property
+    def sliding_from(self) -> float:
+        """Travel at which the sled slides for the first time [m]."""
+        base = 0.0 if self.zero is None else self.zero.force
+        smooth = running_mean(self.force, 3)
+        return float(self.travel[int(np.argmax(smooth >= base + SLIDES * (self.level - base)))])
+
+    def without_curve(self) -> "SledRecord":
+        """Return the record with empty arrays, so that long records need not stay in memory."""
+        empty = np.empty(0)
+        return evolve(self, travel=empty, force=empty, time=None)
+
+    def notes(self) -> list[str]:
+        """Return one note for each spike, and one for the force that was subtracted."""
+        out = []
+        if self.tare_force is not None:
+            out.append(f"{show(self.tare_force, 'N')} was subtracted from the force (tare)")
+        for spike in self.spikes:
+            place = show(float(self.travel[spike.start]), "m")
+            if self.time is not None:
+                place = f"{show(float(self.time[spike.start]), 's')} ({place} of travel)"
+            samples = f"{spike.samples} sample{'s' * (spike.samples > 1)}"
+            out.append(
+                f"a spike of {show(spike.height, 'N', 3)} over {samples} at {place} is faster than "
+                "the string can stretch; it is left out"
+            )
+        return out
+
+    def drift(self, inside: npt.NDArray[np.bool_]) -> tuple[float, float | None]:
+        """Return (slope, levels): two estimates of the drift from the zero to a window [N].
+
+        The slope within the window (mask `inside`) is extrapolated to the beginning of the record;
+        it is 0 if it is due to chance. The levels before and after the test are interpolated; None
+        if either is unknown.
+        """
+        place = np.flatnonzero(inside).astype(float)
+        middle = float(place.mean())
+        blocks = np.array_split(np.arange(len(place)), min(BLOCKS, len(place) // 2))
+        force = self.force[inside]
+        line = fit_line(
+            np.array([place[b].mean() for b in blocks]), np.array([force[b].mean() for b in blocks])
+        )
+        slope = 0.0
+        if line is not None and abs(line.slope) > CERTAIN * line.slope_se:
+            slope = line.slope * middle
+        if self.end_force is None or self.zero is None:
+            return slope, None
+        return slope, (self.end_force - self.zero.force) * middle / self.samples
+
+
+def read_record(trace: Trace, tare: bool = False) -> SledRecord:
+    """Return the outward part of a friction test, without spikes.
+
+    With `tare` the force before the load is subtracted; FileError if the record does not show it.
+    """
+    travel = trace.elongation - trace.elongation[0]
+    if travel[-1] < 0:
+        travel = -travel
+    last = len(travel) - int(np.argmax(travel[::-1]))
+    travel, raw = travel[:last], trace.force[:last]
+    level = float(np.median(raw[travel >= 0.5 * travel[-1]]))
+    spikes = find_spikes(travel, raw, level)
+    force = remove_spikes(raw, spikes)
+    zero, tare_force = find_zero(force, level), None
+    if tare:
+        if zero is None:
+            raise FileError(
+                trace.path,
+                "starts during its rise: there is no earlier force to subtract (tare)",
+            )
+        tare_force = zero.force
+        force, level = force - tare_force, level - tare_force
+        zero = Zero(force=0.0, error=zero.error)
+    return SledRecord(
+        travel=travel,
+        force=force,
+        time=None if trace.time is None else trace.time[:last],
+        level=level,
+        zero=zero,
+        tare_force=tare_force,
+        end_force=find_released_force(trace.force[last:] - (tare_force or 0.0), level),
+        spikes=tuple(spikes),
+        plateau=_find_steady_plateau(force),
+        quantum=find_quantum(raw),
+        samples=len(trace),
+    )
+
+
+def _find_steady_plateau(force: Array) -> Plateau | None:
+    """Return the plateau at the top of a record, if it lasts to the end."""
+    plateau = find_plateau(force)
+    return plateau if plateau is not None and plateau.end > LASTS * len(force) else None
+
+
+def crosshead_speed(trace: Trace) -> float | None:
+    """Return the speed of the moving crosshead [m/s], from the record or else from its sidecar."""
+    if trace.time is not None and len(trace) > 2:
+        travel = np.abs(trace.elongation - trace.elongation[0])
+        moving = (travel > 0.1 * travel.max()) & (travel < 0.9 * travel.max())
+        clock = trace.time[moving]
+        if moving.sum() > 2 and np.ptp(clock) > 0:
+            return float(np.ptp(travel[moving]) / np.ptp(clock))
+    return trace.facts.speed

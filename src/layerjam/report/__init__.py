@@ -1,1 +1,0 @@
-"""All figures, and reports of measurements."""

@@ -1,0 +1,1 @@
+"""The workshop: what to build, and the files to build it."""

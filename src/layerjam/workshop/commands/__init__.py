@@ -1,0 +1,1 @@
+"""Commands that show, compare, design and build brakes."""

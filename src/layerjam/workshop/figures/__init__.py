@@ -1,0 +1,1 @@
+"""Figures of designs, and drawings of parts and assembly."""

@@ -1,0 +1,245 @@
+"""Intervals of drops, pulls, summaries and comparisons against closed forms and Monte Carlo."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import layerjam
+from layerjam.brake.device.evidence import Evidence, Part
+from layerjam.brake.mechanics.pull import peak
+from layerjam.brake.mechanics.stop.exact import stop
+from layerjam.brake.mechanics.stop.motion import rope_spring
+from layerjam.brake.simulate import prediction as predicting
+from layerjam.brake.simulate.procedure import parse_procedure
+from layerjam.brake.simulate.pull_spread import pull_numbers, spread_pull
+from layerjam.brake.simulate.repeated_runs import interpolate_samples
+from layerjam.brake.simulate.tensile import tensile as pull_lumped
+from layerjam.core.evolve import evolve
+
+DROP = {"mass": 1.0, "speed": 2.0, "rope_stiffness": 16.8e3}
+NUMBERS = ("slip", "peak_force", "peak_g", "peak_deceleration", "stopping_time")
+NUMBERS += ("dissipated_energy",)
+Z = 1.959963984540054
+
+
+def proven(sd, names=("scale_factor",), of="mean", speed=(1e-3, 10.0)):
+    """Return Kapton with tests that leave a relative SD of some numbers, and nothing else."""
+    file = layerjam.load("choi2018-kapton")
+    covariance = tuple(tuple(row) for row in (np.eye(len(names)) * sd**2).tolist())
+    entry = Evidence(
+        command="calibrate",
+        date="2026-01-01",
+        tests=5,
+        names=names,
+        exponent_sd=1e-9,
+        ranges={"vacuum": (1e3, 101e3), "slip": (0.0, 0.06), "speed": speed},
+        fitted={},
+        parts=(Part(of, covariance),),
+    )
+    return evolve(file, evidence=(entry,))
+
+
+@pytest.fixture
+def without_speed_scatter(monkeypatch):
+    monkeypatch.setattr(predicting, "SPEED_SD", 0.0)
+
+
+def ends(result, name):
+    found = result.intervals[name]
+    return found["low"], found["high"]
+
+
+@pytest.mark.usefixtures("without_speed_scatter")
+def test_a_scale_factor_alone_gives_the_peak_of_its_own_quantiles():
+    file, sd = proven(0.1), 0.1
+    drop = layerjam.drop(file, vacuum=40e3, **DROP)
+    pull = layerjam.tensile(file, vacuum=40e3, speed=0.013, elongation=0.04)
+    for sign, place in ((-1, 0), (1, 1)):
+        factor = file.brake.scale_factor * math.exp(sign * Z * sd)
+        brake = evolve(file.brake, scale_factor=factor)
+        force = float(peak(40e3, brake.sheets.usable_travel, brake).force)
+        assert ends(drop, "peak_force")[place] == pytest.approx(force, rel=5e-3)
+        assert ends(pull, "peak_force")[place] == pytest.approx(force, rel=5e-3)
+        spring = float(rope_spring(DROP["rope_stiffness"], brake))
+        slip = float(stop(1.0, 2.0, 40e3, spring, brake.site.gravity, brake).slip)
+        assert ends(drop, "slip")[1 - place] == pytest.approx(slip, rel=5e-3)
+
+
+@pytest.mark.usefixtures("without_speed_scatter")
+@pytest.mark.parametrize("more", [{}, {"rope_damping": 20.0}])
+def test_without_uncertainty_the_interval_is_the_value(more):
+    result = layerjam.drop(proven(0.0), vacuum=40e3, **DROP, **more)
+    for name in NUMBERS:
+        assert ends(result, name) == pytest.approx([getattr(result, name)] * 2, rel=1e-3)
+
+
+@pytest.mark.parametrize("vacuum", [20e3, 40e3, 90e3])
+def test_the_interval_contains_the_value_and_grows_with_scatter(vacuum):
+    widths = []
+    for sd in (0.02, 0.1):
+        result = layerjam.drop(proven(sd), vacuum=vacuum, **DROP)
+        for name in NUMBERS:
+            low, high = ends(result, name)
+            assert low <= getattr(result, name) <= high
+        low, high = ends(result, "peak_force")
+        widths.append(high - low)
+    assert widths[0] < widths[1]
+
+
+def test_samples_agree_with_an_independent_monte_carlo():
+    sd, names = 0.08, ("scale_factor", "stiffness_measured", "enclosure_force")
+    file = proven(sd, names)
+    result = layerjam.drop(file, vacuum=50e3, **DROP)
+    random = np.random.default_rng(7)
+    draws, brake = 20_000, file.brake
+    friction, stiffness, enclosure = np.exp(sd * random.standard_normal((3, draws)))
+    # beyond no tested speed and vacuum: 2 m/s is inside the range of the tests
+    other = evolve(
+        brake,
+        scale_factor=brake.scale_factor * friction,
+        stiffness_measured=brake.stiffness_measured * stiffness,
+        enclosure=evolve(brake.enclosure, modulus=brake.enclosure.modulus * enclosure),
+        film=evolve(brake.film, friction_on_silicone=brake.film.friction_on_silicone * enclosure),
+    )
+    spring = rope_spring(DROP["rope_stiffness"], other)
+    unit = np.ones(draws)
+    end = stop(unit, 2.0 * unit, 50e3 * unit, spring, brake.site.gravity, other)
+    for name, values in (("slip", end.slip), ("peak_force", end.peak_force)):
+        expected = np.quantile(values, (0.025, 0.975))
+        assert ends(result, name) == pytest.approx(expected, rel=0.015)
+    assert ends(result, "dissipated_energy") == pytest.approx(
+        np.quantile(end.heat, (0.025, 0.975)), rel=0.015
+    )
+
+
+def test_the_mean_has_a_narrower_interval_than_the_next_test():
+    file = proven(0.1, of="test")
+    following, mean = (
+        layerjam.drop(file, vacuum=40e3, interval=of, **DROP) for of in ("next", "mean")
+    )
+    assert ends(following, "slip")[0] < ends(mean, "slip")[0] <= mean.slip
+    assert mean.slip <= ends(mean, "slip")[1] < ends(following, "slip")[1]
+    assert {row["of"] for row in mean.intervals.values()} == {"mean"}
+    assert {row["of"] for row in following.intervals.values()} == {"next test"}
+
+
+def test_every_command_with_the_option_widens_from_mean_to_next():
+    file = proven(0.1, of="test")
+    calls = {
+        "force": lambda of: layerjam.force(file, slip=0.02, vacuum=40e3, interval=of),
+        "vacuum": lambda of: layerjam.vacuum(file, slip=0.02, force=50.0, interval=of),
+        "peak_force": lambda of: layerjam.tensile(
+            file, vacuum=40e3, speed=0.01, elongation=0.03, interval=of
+        ),
+    }
+    for name, call in calls.items():
+        (low, high), (inner, outer) = (ends(call(of), name) for of in ("next", "mean"))
+        assert low < inner < outer < high
+    tuned = [
+        layerjam.tune(file, mass=1.0, speed=2.0, travel=0.04, interval=of)
+        for of in ("next", "mean")
+    ]
+    assert tuned[0].safe_vacuum == tuned[1].safe_vacuum  # it always covers the next stops
+    assert ends(tuned[0], "vacuum")[1] > ends(tuned[1], "vacuum")[1]
+
+
+def test_a_damped_rope_without_damping_agrees_with_the_exact_law():
+    file = proven(0.08, ("scale_factor", "stiffness_measured", "enclosure_force"))
+    exact = layerjam.drop(file, vacuum=50e3, **DROP)
+    damped = layerjam.drop(file, vacuum=50e3, rope_damping=1e-3, **DROP)
+    for name in NUMBERS:
+        assert ends(damped, name) == pytest.approx(ends(exact, name), rel=0.02)
+
+
+def test_a_pull_by_laws_and_by_repeated_runs_agree():
+    file = proven(0.08, ("scale_factor", "stiffness_measured", "enclosure_force"))
+    steps = parse_procedure("evacuate to 50 kPa; pull at 13 mm/s until 30 mm")
+    prediction, samples = spread_pull(file, steps, pull_lumped(file, steps))
+    repeated = interpolate_samples(
+        prediction, lambda brake: pull_numbers(pull_lumped(evolve(file, brake=brake), steps))
+    )
+    assert samples.keys() == repeated.keys()
+    for name, values in samples.items():
+        ends_found = prediction.quantiles(values, (0.025, 0.975))
+        assert ends_found == pytest.approx(
+            prediction.quantiles(repeated[name], (0.025, 0.975)), rel=0.03
+        )
+
+
+def test_an_elastic_pull_and_a_pull_to_separation_have_intervals():
+    file = proven(0.05)
+    for elongation in (1e-4, 0.2):
+        result = layerjam.tensile(file, vacuum=50e3, speed=0.01, elongation=elongation)
+        for name in ("peak_force", "work", "force_at_end"):
+            low, high = ends(result, name)
+            value = getattr(result, name)
+            assert low * (1 - 1e-9) <= value <= high * (1 + 1e-9)
+
+
+def test_stops_that_snap_leave_the_end_open():
+    """On a soft rope some samples snap, so that there is no upper bound."""
+    result = layerjam.drop(
+        "choi2018-kapton", mass=1.0, speed=2.0, vacuum=20e3, rope_stiffness=300.0
+    )
+    assert not result.feasible and result.intervals == {} and result.basis == "handbook"
+
+
+def test_a_tuned_stop_states_its_share_and_a_bare_drop_has_no_basis():
+    tuned = layerjam.drop("choi2018-kapton", vacuum="tuned", travel=0.04, **DROP)
+    said = [w for w in tuned.warnings if w.key == "share-within-travel"]
+    assert len(said) == 1 and "5" in said[0] and "within 40 mm" in said[0]
+    bare = layerjam.drop("choi2018-kapton", no_brake=True, **DROP)
+    assert bare.basis is None and bare.intervals is None
+    assert "95 %" not in bare.table()
+
+
+def test_the_basis_names_what_lies_outside_the_tests():
+    file = proven(0.05, speed=(1e-3, 0.1))
+    result = layerjam.drop(file, vacuum=50e3, **DROP)
+    assert result.basis == "extrapolated"
+    (row,) = result.extrapolated
+    assert row == {"quantity": "speed", "value": 2.0, "low": 1e-3, "high": 0.1}
+    assert json.loads(result.json())["basis"] == "extrapolated"
+    assert layerjam.drop(proven(0.05), vacuum=50e3, **DROP).basis == "tested"
+
+
+def test_show_array_and_compare_use_the_same_interval():
+    file = proven(0.1)
+    shown = layerjam.show(file)
+    low, high = ends(shown, "max_force")
+    assert low < shown.max_force < high
+    assert ends(shown, "force_density") == pytest.approx((low / shown.mass, high / shown.mass))
+    single = layerjam.array(file)
+    many = layerjam.array(file, parallel=3, series=2)
+    assert ends(single, "peak_force") == pytest.approx((low, high))
+    assert ends(many, "peak_force") == pytest.approx((3 * low, 3 * high))
+    short = layerjam.array(file, until=1e-4)
+    assert "peak_force" not in short.intervals
+    row = layerjam.compare(file).devices[0]
+    assert row["basis"] == "tested"
+    found = row["intervals"]["max_force"]
+    assert (found["low"], found["high"]) == pytest.approx((low, high))
+
+
+def test_compare_says_when_intervals_overlap():
+    apart = layerjam.compare("choi2018-kapton", "choi2018-ptfe")
+    assert not any(w.key == "intervals-overlap" for w in apart.warnings)
+    near = layerjam.compare("choi2018-kapton", "choi2018-polyester")
+    (said,) = (w for w in near.warnings if w.key == "intervals-overlap")
+    assert "choi2018-polyester" in said and "choi2018-kapton" in said
+
+
+def test_a_brake_without_spacers_has_intervals_in_every_command():
+    """One slip with many frictions failed in the quadrature of sheets that fan out."""
+    file = layerjam.load("choi2018-kapton")
+    file = evolve(file, brake=evolve(file.brake, mount=evolve(file.brake.mount, spacers=False)))
+    shown = layerjam.show(file)
+    pulled = layerjam.tensile(file, vacuum=40e3, speed=0.01, elongation=0.03)
+    stopped = layerjam.drop(file, vacuum=40e3, **DROP)
+    names = ("max_force", "energy_capacity"), ("peak_force", "work"), ("slip", "peak_force")
+    for result, keys in zip((shown, pulled, stopped), names, strict=True):
+        for name in keys:
+            low, high = ends(result, name)
+            assert low < getattr(result, name) < high

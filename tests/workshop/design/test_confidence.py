@@ -1,0 +1,63 @@
+"""The share of brakes that meet a constraint, against closed forms and an independent draw."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from layerjam.brake.simulate import prediction
+from layerjam.workshop.design.robust import assess
+from workshop.design.test_design import SMALL, read
+
+
+def chances_of(asked, **at):
+    """Return the chances of one design, which has the first design's other values."""
+    point = asked.grid.point(0)._replace(count=11.0, width=0.013, overlap=0.068, vacuum=80e3)
+    point = point._replace(**at)
+    values = {"film": asked.grid.names[0], "clamped_length": 0.1}
+    return assess(asked, point, values)
+
+
+def test_the_chance_to_hold_is_that_of_an_independent_monte_carlo():
+    """The hold is the product of static friction and scale factor, each log-normal."""
+    asked = read(SMALL.replace('"holding_force >= 150 N"', '"holding_force >= 190 N"'))
+    found = chances_of(asked)
+    held = 0.875 * 0.32 * 10 * 0.013 * 0.068 * 80e3
+    random = np.random.default_rng(5)
+    static, fit, repeat, pressure = random.standard_normal((4, 400_000))
+    spread = math.sqrt(math.log1p(0.0818**2))
+    beyond = 0.06 * math.log(80e3 / 101325) * pressure
+    drawn = held * np.exp(spread * static + math.log(2) / 1.96 * fit + 0.03 * repeat + beyond)
+    chance = found.chances["holding_force >= 190 N"]
+    assert 0.5 < chance.probability < 0.7
+    assert chance.probability == pytest.approx((drawn >= 190).mean(), abs=0.01)
+    # the quantile of 1000 samples has a standard error of 2.5 %
+    assert chance.low == pytest.approx(np.quantile(drawn, 0.05), rel=0.05)
+    assert chances_of(asked).chances == found.chances
+    assert found.prediction.basis.word == "handbook"
+
+
+def test_a_scatter_of_the_specification_replaces_that_of_the_film():
+    text = SMALL + '[scatter]\nstatic = "30 %"\nsamples = 4000\n'
+    asked = read(text.replace('"holding_force >= 150 N"', '"holding_force >= 190 N"'))
+    found = chances_of(asked)
+    held = 0.875 * 0.32 * 10 * 0.013 * 0.068 * 80e3
+    width = math.sqrt(math.log1p(0.3**2) + (math.log(2) / 1.96) ** 2 + 0.03**2)
+    due = norm.cdf(math.log(held / 190) / width)
+    assert found.prediction.samples == 4000
+    chance = found.chances["holding_force >= 190 N"]
+    assert chance.probability == pytest.approx(due, abs=4 * chance.error)
+
+
+@pytest.mark.parametrize(("limit", "due"), [("180 N", 1.0), ("199 N", 0.0)])
+def test_without_any_spread_a_constraint_is_met_or_not(monkeypatch, limit, due):
+    monkeypatch.setattr(prediction, "list_unknowns", lambda file: ())
+    monkeypatch.setattr(prediction, "exponent_sd", lambda fit: 0.0)
+    monkeypatch.setattr(prediction, "SPEED_SD", 0.0)
+    asked = read(SMALL.replace('"holding_force >= 150 N"', f'"holding_force >= {limit}"'))
+    found = chances_of(asked)
+    assert found.chances[f"holding_force >= {limit}"].probability == due
+    assert found.reaches(0.999) == (due == 1.0)
