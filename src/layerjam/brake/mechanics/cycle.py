@@ -2,7 +2,8 @@
 
 from typing import Any, NamedTuple
 
-from layerjam.brake.device.brake import Brake
+from layerjam.brake.device.speed_law import SpeedLaw
+from layerjam.brake.mechanics.fan import Fan
 
 
 class Cycle(NamedTuple):
@@ -29,7 +30,7 @@ class Cycle(NamedTuple):
     overflow: Any
     """True once the turning points exceed the enclosure's memory."""
     snapped: Any
-    """True once the brake has begun to slide on a spring softer than `least_stiffness`."""
+    """True once the brake began to slide on a spring softer than `least_stiffness`."""
 
 
 class Setting(NamedTuple):
@@ -40,7 +41,6 @@ class Setting(NamedTuple):
     overlap: Any
     enclosure: Any
     """Law of the enclosure at that vacuum."""
-    shapes: tuple[Any, ...] = ()
-    """Effects of the slip on the friction, as in `Sheets`."""
-    paced_brake: Brake | None = None
-    """The brake if its friction depends on the sliding speed; `c` is that at the test speed."""
+    fan: Fan | None = None
+    law: SpeedLaw | None = None
+    """Friction as a function of sliding speed; `c` is the value at the law's test speed."""

@@ -119,12 +119,10 @@ class Bench(Page):
 
     def controls(self) -> Mapping[str, Control]:
         """Return the controls for the target and the sensor."""
-        full_vacuum = self.desk.line.line.site.atmosphere
-        target = control(
-            "rise", "target", min(40e3, 0.6 * full_vacuum), (0.01 * full_vacuum, 0.99 * full_vacuum)
-        )
+        full = self.desk.line.line.site.atmosphere
+        target = control("rise", "target", min(40e3, 0.6 * full), (0.01 * full, 0.99 * full))
         return map_keys(
-            target.narrow_bounds(high=full_vacuum),
+            target.narrow_bounds(high=full),
             control("regulate", "sensor_range", 103e3, (10e3, 200e3)),
         )
 
@@ -140,8 +138,8 @@ class Bench(Page):
             self.add_slider("target")
             with ui.row().classes("gap-2"):
                 button("Hold the target", self._hold_target, "bench-on", "play_arrow")
-                props = "dense no-caps color=negative padding='4px 10px'"
-                button("Off", self._switch_off, "bench-off", "stop", look=props)
+                look = "dense no-caps color=negative padding='4px 10px'"
+                button("Off", self._switch_off, "bench-off", "stop", look=look)
                 button("Clear fault", self._clear_fault, "bench-clear")
             self.add_alert()
             with fold("Run a procedure and record it", "bench-procedure-fold", is_open=True):
@@ -247,13 +245,13 @@ class Bench(Page):
 
     def _bench_settings(self, *, with_rest: bool = True) -> dict[str, Any]:
         target = self.value("target")
-        safe_state = self.word(self.safe) or ("release" if not with_rest else "")
+        safe = self.word(self.safe) or ("release" if not with_rest else "")
         regulator = bench_regulator(
-            str(self.address.value), self.desk.line, target, safe_state, self.word(self.law),
+            str(self.address.value), self.desk.line, target, safe, self.word(self.law),
             self.value("sensor_range"),
         )  # fmt: skip
-        rest_option = {"rest": self.word(self.rest)} if with_rest else {}
-        return {"regulator": regulator, "target": target, **rest_option}
+        extra = {"rest": self.word(self.rest)} if with_rest else {}
+        return {"regulator": regulator, "target": target, **extra}
 
     def draw(self, result: Any) -> None:
         """Draw the target before the first reading; the readings are drawn as they arrive."""
