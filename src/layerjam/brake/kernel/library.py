@@ -51,7 +51,7 @@ def open_library(sources: Sequence[Path]) -> ctypes.CDLL:
         raise CompilerError(f"{path.stem} cannot be loaded: {error}") from None
 
 
-def open_library_if_possible(sources: Sequence[Path], work: str) -> ctypes.CDLL | None:
+def open_library_if_possible(sources: Sequence[Path], work: str) -> "ctypes.CDLL | None":
     """Return the library for some work, or None, with one line on stderr that says why.
 
     Raises QuantityError for an unknown value of LAYERJAM_KERNEL.
