@@ -10,20 +10,28 @@ EMULATOR := $(VENV)/emulator
 INSTRUMENTS := $(VENV)/instruments
 PACKAGERS := $(VENV)/packagers
 
-.PHONY: demo test slow bench bench-checks interop electronics firmware firmware-checks docs pictures lint mutants coverage \
+.PHONY: demo test slow long browser bench bench-checks interop electronics firmware firmware-checks docs pictures lint mutants coverage \
   alarms fuzz campaigns versions windows dist lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
 	$(BIN)/layerjam demo --out out/demo
 
+# a later process reads what an earlier one has compiled
+unexport PYTHONDONTWRITEBYTECODE
 TEST = $(BIN)/python -m pytest -q -n 2 --dist worksteal
 
 test: $(STAMP)
 	$(TEST) -m "not slow" tests
 
-slow: $(STAMP)
-	$(TEST) -m slow tests
+# In two parts, of which each prints its time and that of each folder.
+slow: long browser
+
+long: $(STAMP)
+	$(TEST) -m "slow and not browser" tests
+
+browser: $(STAMP)
+	$(TEST) -m "slow and browser" tests
 
 # The long tests with all their random cases, of which `make slow` takes a share: over an hour.
 campaigns: $(STAMP)
@@ -35,13 +43,11 @@ bench: $(NEIGHBOURS)
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --site-dir out/site
 
-# The pictures of README and docs that are drawn from a computation, some minutes; the others, which
-# show a benchmark or a page of the workbench, name their command in benchmarks and docs/images.
+# Every picture of README, docs and notebooks. Those simulated in MuJoCo are drawn if `make interop`
+# has installed it, the photograph of the workbench if Chromium is installed.
 pictures: $(STAMP)
-	$(BIN)/python docs/images/stop_animation.py
 	$(BIN)/python docs/images/make.py
-	rm -f docs/images/wiring-pico.svg
-	$(BIN)/layerjam bench wiring pico --out docs/images/wiring-pico.svg
+	$(BIN)/python docs/notebooks.py
 
 lint: $(STAMP)
 	$(BIN)/ruff check src tests benchmarks docs examples hatch_build.py

@@ -132,11 +132,14 @@ def figure(path: Path) -> None:
             axes.plot(way * 1e3, mine(way), color=style.BLUE)
             axes.set(xlabel="deflection [mm]", ylabel="force [N]", xlim=(0, far * 1e3))
             axes.set_ylim(0)
-            style.add_title(axes, f"The stack of {name}", f"computed; their law: {detail}")
+            laws = (theirs, name, style.ORANGE), (mine, "layerjam", style.BLUE)
+            ends = [(float(law(far)), words, color) for law, words, color in laws]
+            style.add_end_labels(axes, far * 1e3, ends)
+            style.add_title(axes, f"The stack of {name}", f"computed; published law: {detail}")
         bent = np.array([20e-3, 30e-3, 40e-3, 50e-3])
         right.plot(bent * 1e3, [bent_far(w) for w in bent], "o", ms=4, color=style.BLUE)
-        style.add_key(left, ("their law", style.ORANGE), ("ours", style.BLUE), loc="lower right")
-        style.add_label(right, 31, 1.6, "dots: most, any angle", style.BLUE)
+        limit = ("layerjam: upper limit at large angles", style.BLUE, "o")
+        style.add_key(right, limit, loc="lower right")
         style.save(picture, path, overwrite=True)
 
 

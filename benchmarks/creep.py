@@ -192,8 +192,8 @@ def figure(path: Path, made: dict[str, np.ndarray]) -> None:
         axes.set_yscale("symlog", linthresh=1e-3, linscale=0.6)
         style.label_axes(
             axes,
-            "16 kg held for an hour, 89 % of what friction holds",
-            "rope of 16.8 kN/m, steps of 2 ms; shaken: ±10 N at 10 Hz on top of the weight",
+            "Only layerjam.brake holds 16 kg for an hour without creep",
+            "simulated; the load is 89 % of the friction, shaken by ±10 N at 10 Hz",
             xlabel="time [s]",
             ylabel="slip [mm]",
             xlim=(1, 3600),

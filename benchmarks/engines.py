@@ -4,7 +4,7 @@
 
 Needs all six engines: `.venv/interop/bin/python` after `make interop`. Writes
 docs/images/engines.json, which holds the versions and the day, and the table in the page; then
-`python docs/images/make.py engines` draws the picture.
+`python docs/images/make.py engines.svg` draws the picture.
 """
 
 from __future__ import annotations

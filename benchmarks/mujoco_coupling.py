@@ -1,14 +1,12 @@
-"""How far a mass slips in MuJoCo beyond the closed form, and what creeps: a table and a picture.
+"""How far a mass slips in MuJoCo beyond the closed form, and what creeps: tables.
 
-    python -m benchmarks.mujoco_coupling [--figure docs/images/mujoco.svg]
+    python -m benchmarks.mujoco_coupling
 
-Needs the extras mujoco and figures: `.venv/interop/bin/python` after `make interop`.
+Needs the extra mujoco: `.venv/interop/bin/python` after `make interop`.
 """
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import mujoco as mj
@@ -109,54 +107,12 @@ def held(seconds: float, every: int = 500) -> dict[str, np.ndarray]:
     return made
 
 
-def figure(path: Path, exact: Any) -> None:
-    """The drop in the helper and the plugin beside the closed form; a held load beside creep."""
-    from layerjam.core.drawing import style
-
-    with style.apply_style():
-        picture, (left, right) = style.make_axes(columns=2, width=9.6, height=3.9)
-        time, slip = with_helper(5e-4)
-        left.plot(time * 1e3, slip * 1e3, color=style.BLUE)
-        model, data = with_plugin(5e-4, "RK4")
-        rows = []
-        for _ in range(80):
-            mj.mj_step(model, data)
-            rows.append((data.time, data.plugin_state[SLIP]))
-        rows_ = np.array(rows)[::4]
-        left.plot(rows_[:, 0] * 1e3, rows_[:, 1] * 1e3, "o", ms=4, color=style.ORANGE)
-        style.mark_y(left, exact.slip * 1e3, f"closed form {exact.slip * 1e3:.3f} mm")
-        style.add_key(
-            left, ("helper, Euler, 0.5 ms", style.BLUE), ("plugin, RK4, 0.5 ms", style.ORANGE),
-            loc="lower right",
-        )  # fmt: skip
-        style.label_axes(
-            left, "1 kg falls into the brake at 2.5 m/s", "Kapton, 94.5 kPa, rope 16.8 kN/m",
-            xlabel="time [ms]", ylabel="slip [mm]", xlim=(0, 40), ylim=(0, 20),
-        )  # fmt: skip
-        colors = (style.BLUE, style.RED, style.ORANGE)
-        for (name, moved), color in zip(held(60.0).items(), colors, strict=True):
-            seconds = np.arange(1, len(moved) + 1)
-            right.plot(seconds, np.abs(moved) * 1e6 + 0.1, color=color, label=name)
-        words = ("layerjam.brake: no creep", "frictionloss", "frictionloss at its hardest")
-        style.add_key(
-            right, *zip(words, colors, strict=True), loc="lower right", bbox_to_anchor=(1, 0.08)
-        )
-        style.label_axes(
-            right, "16 kg held, 89 % of the friction", "MuJoCo at 2 ms; 0.1 µm added to show zero",
-            xlabel="time [s]", ylabel="moved since the first second [µm]", yscale="log",
-            xlim=(0, 60), ylim=(0.05, 3e6),
-        )  # fmt: skip
-        style.save(picture, path, overwrite=True)
-
-
 def main() -> None:
-    """Print the tables; with --figure draw them."""
+    """Print the tables."""
     exact = drop(KAPTON, mass=1.0, speed=2.5, vacuum=VACUUM, rope_stiffness=ROPE)
     errors(float(exact.slip))
     for name, moved in held(60.0).items():
         print(f"{name.ljust(34)} {1e6 * moved[-1]:.6g} µm in a minute under 16 kg")
-    if "--figure" in sys.argv:
-        figure(Path(sys.argv[sys.argv.index("--figure") + 1]), exact)
 
 
 if __name__ == "__main__":

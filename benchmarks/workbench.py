@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import itertools
 import os
 import re
 import shutil
@@ -348,16 +349,35 @@ def memory_rows(browser: Any) -> list[Row]:
     return out
 
 
+def measured_text(row: Row) -> str:
+    """A value, and whether it misses its aim."""
+    over = "" if row.target is None or row.value <= row.target else ", missed"
+    return f"{number_text(row.value, row.unit)}{over}"
+
+
+def scene_table(measured: list[Row]) -> str:
+    """A line for each scene: its median and its slowest move."""
+    pairs = [two for two in itertools.pairwise(measured) if two[1].name.endswith(": slowest")]
+    head = pairs[0][0].name.partition(": ")[2] if pairs else "median"
+    aims = f"≤ {number_text(MEDIAN, 's')} | ≤ {number_text(WORST, 's')}"
+    text = f"| scene | {head} | slowest |\n|---|---|---|\n| aim | {aims} |\n"
+    for middle_row, last in pairs:
+        name = last.name.removesuffix(": slowest")
+        text += f"| {name} | {measured_text(middle_row)} | {measured_text(last)} |\n"
+    return text
+
+
 def markdown(measured: list[Row], load: float) -> str:
-    """The rows as a table for a page, with date and load of the machine."""
+    """The rows as tables for a page, with date and load of the machine."""
     day = datetime.date.today().isoformat()
     text = f"{day}, load {load:.1f} on {os.cpu_count()} cores before the first scene.\n\n"
-    text += "| what | measured | aim |\n|---|---|---|\n"
+    text += scene_table(measured) + "\n| what | measured | aim |\n|---|---|---|\n"
     for row in measured:
+        if ": " in row.name:
+            continue
         aim = "" if row.target is None else f"≤ {number_text(row.target, row.unit)}"
-        over = "" if row.target is None or row.value <= row.target else ", missed"
         ratio = "" if row.other is None else f", {row.value / row.other:.2f} times {row.other_name}"
-        text += f"| {row.name} | {number_text(row.value, row.unit)}{ratio} | {aim}{over} |\n"
+        text += f"| {row.name} | {measured_text(row)}{ratio} | {aim} |\n"
     return text
 
 

@@ -12,7 +12,7 @@ import click
 from markdown_tables import SHARED, row, table, unit
 
 from layerjam.cli.main import app
-from layerjam.core.command.declare import Command, load_command
+from layerjam.core.command.declare import load_command
 from layerjam.core.command.index import GROUPS, commands
 from layerjam.core.outputs import field_key
 
@@ -21,47 +21,32 @@ Row = tuple[str, str, str]
 
 
 def command_table() -> str:
-    """Every declared command by what one wants, most used first."""
+    """Every declared command by its group, most used first."""
     parts = []
     for group, title in GROUPS.items():
         names = [entry.name for entry in commands().values() if entry.group == group]
-        rows = [
-            row(f"[`{usage(entry)}`](#{entry.name.replace(' ', '-')})", entry.summary)
-            for entry in map(load_command, names)
-        ]
-        if rows:
-            parts.append(f"### {title}\n\n{table(('command', 'what it does'), rows)}")
-    return "\n\n".join(parts)
-
-
-def usage(declared: Command) -> str:
-    """How a command is typed: its arguments and the options it cannot do without."""
-    words = ["layerjam", declared.name]
-    rest = False
-    for p in declared.parameters:
-        if p.is_positional:
-            name = f"{p.metavar}..." if p.several else p.metavar
-            words.append(name if p.required else f"[{name}]")
-        elif p.required:
-            words += [p.option, p.metavar]
-        else:
-            rest = True
-    return " ".join([*words, *(["[OPTION...]"] if rest else [])])
+        links = ", ".join(f"[`{name}`](#{name.replace(' ', '-')})" for name in names)
+        parts.append(row(title, links))
+    return table(("to", "command"), parts)
 
 
 def described(name: str) -> str:
-    """The options of a command, and the keys of its JSON, which the site folds."""
+    """The summary of a command, an example, its options, and the keys of its JSON.
+
+    The command's schema states the unit and the meaning of each key.
+    """
     own = [p for p in _options(name) if p not in _shared()]
     common = [p for p in _options(name) if p in _shared() and p[0] != "--json"]
-    parts = [_listed(("option", "meaning"), own)] if own else []
+    entry = commands()[name]
+    parts = [entry.summary, f"`{entry.examples[0]}`"]
+    parts += [_listed(("option", "meaning"), own)] if own else []
     if common:
         parts.append(_shared_names("options", common))
-    keys = [k for k in _keys(name) if k not in _shared()]
+    keys = [f"`{key}`" for key, *rest in _keys(name) if (key, *rest) not in _shared()]
     common = [k for k in _keys(name) if k in _shared()]
-    inner = ["\n".join(f"- {shown}: {meaning}" for _, shown, meaning in keys)] if keys else []
-    inner += [_shared_names("keys", common)] if common else []
-    parts += ['<details markdown="1">\n<summary>JSON keys</summary>', *inner, "</details>"]
-    return "\n\n".join(parts)
+    listed = [", ".join(keys)] if keys else []
+    listed += [_shared_names("keys", common)] if common else []
+    return "\n\n".join([*parts, f"JSON: {'; '.join(listed)}"])
 
 
 def _shared_names(kind: str, rows: Iterable[Row]) -> str:
@@ -88,7 +73,7 @@ def _shared() -> dict[Row, str]:
 
 
 def shared_options() -> str:
-    """What several commands have, explained once."""
+    """Options and JSON keys that several commands share."""
     parts = []
     for kind, head in (("option", "option"), ("key", "JSON key")):
         rows = sorted(each for each, what in _shared().items() if what == kind)
@@ -111,9 +96,17 @@ def _options(name: str) -> tuple[Row, ...]:
             continue
         words += " Required." if p.required else ""
         words += f" Default {p.default}." if isinstance(p.default, str) and p.default else ""
-        value = f" {p.metavar.replace('|', ' or ')}" if p.metavar and not p.is_flag else ""
+        words, value = _with_example(words, "" if p.is_flag else p.metavar or "")
         rows.append((p.opts[0], ", ".join(f"`{o}{value}`" for o in p.opts), words))
     return tuple(rows)
+
+
+def _with_example(words: str, metavar: str) -> tuple[str, str]:
+    """The meaning of an option, and its value as typed: the example in place of a placeholder."""
+    found = re.search(r",? e\.g\. (.+?)\.(?= |$)", words)
+    if found is None or metavar not in ("Q", "NUMBER"):
+        return words, f" {metavar.replace('|', ' or ')}" if metavar else ""
+    return words[: found.start()] + words[found.end() - 1 :], f" {html.unescape(found[1])}"
 
 
 @cache

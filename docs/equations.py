@@ -1,8 +1,8 @@
 r"""The equations of the docs as MathML, made while the site is built; a hook of mkdocs.
 
 A page holds LaTeX, `$c (L_2 - x)$` in a line or `$$...$$` in a paragraph of its own, which GitHub
-typesets as well. The browser gets MathML: no script, nothing from outside. What the converter does
-not know, and what GitHub would read as Markdown, stops the build.
+typesets as well. The browser gets MathML: no script, nothing from outside. The build stops at LaTeX
+that the converter does not know or that GitHub would read as Markdown.
 
     python docs/equations.py       every equation of README and docs, or the first that fails
 """
@@ -29,7 +29,7 @@ PLACED = re.compile(
     re.DOTALL,
 )
 MARKDOWN = re.compile(r"\\[^a-zA-Z]|\*|<|>(?=\S*>)")
-"""What Markdown takes before GitHub's typesetter sees it, so that it reads differently there."""
+"""Characters that Markdown changes before GitHub's typesetter reads them."""
 UPRIGHT = re.compile(r"\\mathrm\b\s*(?=\{)")
 """The converter sets single upright letters in italics; as text they stay upright."""
 LONG = 24
@@ -78,7 +78,7 @@ def spaced(made: str) -> str:
     made = BASE.sub(f"{THIN}<msub>", made)
     made = PRIME.sub(rf"<mrow>\1{CLOSE.format('&#x02032;')}</mrow>", made)
     made = INTEGRAL.sub(r'\1<mrow><mspace width="0.4em"/>\2</mrow>', made)
-    for operator in ("&#x0002F;", "&#x0007C;"):  # a slash and bars stand close
+    for operator in ("&#x0002F;", "&#x0007C;"):  # a slash and bars are close to their neighbours
         made = made.replace(f"<mo>{operator}</mo>", CLOSE.format(operator))
     return made
 
@@ -122,7 +122,7 @@ def typeset(page: str) -> str:
 
 
 def on_page_content(content: str, **_of: object) -> str:
-    """What mkdocs calls with the HTML of every page."""
+    """Return the HTML of a page with its equations; mkdocs calls this for every page."""
     return typeset(content)
 
 

@@ -1,4 +1,4 @@
-"""Write what comes from the code, so that it cannot drift: tables of the docs, and the stub.
+"""Write the tables of the docs and the stub from the code, so that they cannot drift.
 
     python docs/generate.py           rewrite docs/*.md and src/layerjam/__init__.pyi
     python docs/generate.py --check   exit 1 where a page differs from the code
@@ -85,14 +85,14 @@ def brake_fields() -> str:
     for path, spec, due in quantities(Brake):
         head, _, key = path.rpartition(".")
         default = defaults[path]
-        unless = "required" if due else "not known"
+        unless = "" if due else NOTHING
         if not due and isinstance(default, int | float):
             unless = show(float(default), spec.unit, 6)
         groups[head].append(
             row(symbol(spec.symbol), f"`{key}`", unit(spec), spec.text,
                 bounds_of(spec), unless)
         )  # fmt: skip
-    head_row = ("symbol", "name in code and file", "SI unit", "meaning", "allowed", "if not given")
+    head_row = ("symbol", "name in code and file", "SI unit", "meaning", "allowed", "default")
     return "\n\n".join(
         f"### {TABLES[name]}\n\n{table(head_row, rows)}" for name, rows in groups.items()
     )
@@ -106,14 +106,14 @@ def brake_effects() -> str:
         rejected = ", ".join(effect.rejected_by) or NOTHING
         rows.append(row(effect.title, effect.condition, effect.law, rejected, *answers))
     further = "[Other packages](file-format.md#effects-of-other-packages)"
-    law = r"$\mu$ times a factor that may depend on the vacuum"
+    law = r"$\mu$ times a factor of vacuum, slip and speed"
     rows.append(row(further, "`[effects.NAME]`", law, NOTHING, "if the package says so", "no"))
     exports = ("C kernel, `export c`, `export mujoco`", "`export fmu`")
     return table(("effect", "stated by", "law", "rejected by", *exports), rows)
 
 
 def sidecar_fields() -> str:
-    """What NAME.csv.toml may hold."""
+    """Fields that NAME.csv.toml may hold."""
     rows = []
     for place in fields(Facts):
         spec = place.metadata.get("quantity")
@@ -122,9 +122,9 @@ def sidecar_fields() -> str:
             kind = "table" if place.metadata.get("table") else kind
             rows.append(row(f"`{place.name}`", kind, place.metadata["value"].text))
         else:
-            kind = "whole number" if spec.whole else f"quantity in {unit(spec)}"
+            kind = "whole number" if spec.whole else unit(spec)
             rows.append(row(f"`{place.name}`", kind, spec.text))
-    return table(("key", "kind", "meaning"), rows)
+    return table(("key", "kind or unit", "meaning"), rows)
 
 
 PULLS_AND_STOPS = (
@@ -146,7 +146,7 @@ def record_columns() -> str:
 
 
 def source_kinds() -> str:
-    """What `kind` may be."""
+    """Values that `kind` may have."""
     return table(("kind", "meaning"), [row(f"`{k}`", text) for k, text in KINDS.items()])
 
 
@@ -170,13 +170,18 @@ def _materials(folder: str) -> Iterator[str]:
         name: [(key, *_entry(value)) for key, value in tables.items() if head + key in names]
         for name, tables in files.items()
     }
-    counts = Counter(words for rows in rows_of.values() for _, _, words in rows)
+
+    def source(number: str, words: str) -> str:
+        return words.replace(f" {number}", "")  # a source that quotes the number is still the same
+
+    counts = Counter(source(*cells) for rows in rows_of.values() for _, *cells in rows)
     often = [words for words, count in counts.items() if count >= SHARED]
     for name, rows in rows_of.items():
-        shown = [
-            row(f"`{key}`", number, f"({often.index(words) + 1})" if words in often else words)
-            for key, number, words in rows
-        ]
+        shown = []
+        for key, number, words in rows:
+            same = source(number, words)
+            told = f"({often.index(same) + 1})" if same in often else words
+            shown.append(row(f"`{key}`", number, told))
         title = files[name].get("name", name)
         yield f"#### `{name}`: {title}\n\n{table(('key', 'value', 'where from'), shown)}"
     if often:
@@ -213,18 +218,17 @@ def brakes() -> str:
 
 
 def command_quantities() -> str:
-    """What commands are asked with: one line for each quantity, however many take it."""
-    found: set[tuple[str, str, str, str, str]] = set()
+    """Units and bounds of quantities that commands take; their tables state the meanings."""
+    found: set[tuple[str, str, str, str]] = set()
     for entry in commands().values():
         for p in load_command(entry.name).parameters:
             if p.spec is not None:
-                about = (symbol(p.spec.symbol), p.name, unit(p.spec), p.spec.text.rstrip(","))
-                found.add((*about, bounds_of(p.spec)))
+                found.add((symbol(p.spec.symbol), p.name, unit(p.spec), bounds_of(p.spec)))
     rows = [
-        row(mark, f"`{name}`", si, text, allowed)
-        for mark, name, si, text, allowed in sorted(found, key=lambda each: each[1:])
+        row(mark, f"`{name}`", si, allowed)
+        for mark, name, si, allowed in sorted(found, key=lambda each: each[1:])
     ]
-    return table(("symbol", "name", "SI unit", "meaning", "allowed"), rows)
+    return table(("symbol", "name", "SI unit", "allowed"), rows)
 
 
 def command_functions() -> str:
@@ -255,23 +259,21 @@ def scpi_headers() -> str:
 
 
 def wiring_parts() -> str:
-    """What to buy for a bench."""
-    rows = [
-        row(
-            p.refs,
-            p.name,
-            f"{p.number}<br>or {'<br>or '.join(p.alternatives)}",
-            p.sheet,
-            p.ours,
-            p.read,
+    """Parts to buy for a bench; a mark repeats the data sheet of the row above."""
+    rows, above = [], ("", "")
+    for p in load_circuit("pico").parts:
+        told = (p.sheet, p.read)
+        sheet, read = (
+            "″" if now == before else now for now, before in zip(told, above, strict=True)
         )
-        for p in load_circuit("pico").parts
-    ]
-    return table(("", "part", "order number", "data sheet", "here", "read in the data sheet"), rows)
+        number = "<br>".join((p.number, *p.alternatives))
+        rows.append(row(p.refs, p.name, number, sheet, p.ours, read))
+        above = told
+    return table(("", "part", "order number, any of", "data sheet", "here", "read there"), rows)
 
 
 def electronics_margins() -> str:
-    """The worst case of each quantity beside its limit."""
+    """The worst case of each quantity next to its limit."""
     rows = []
     for m in compute_margins(load_circuit("pico")):
         most = m.most < float("inf")

@@ -1,6 +1,6 @@
 """The notebooks of the docs: run and stored with their outputs, and shown as pages.
 
-    python docs/notebooks.py [NAME...]    run docs/notebooks/*.ipynb anew and store what comes out
+    python docs/notebooks.py [NAME...]    run docs/notebooks/*.ipynb again and store the outputs
 
 A hook of mkdocs makes a page of each that is in the navigation, from the stored outputs; the others
 are downloads, which the tutorials link. The cells run in a folder of their
@@ -65,7 +65,7 @@ def _lines(text: str) -> list[str]:
 
 
 def _data(value: object) -> dict[str, list[str]]:
-    """How a value shows itself, by kind."""
+    """Return the texts with which a value shows itself, by kind."""
     made = {"text/plain": _lines(repr(value))}
     for kind, method in (("text/html", "_repr_html_"), ("image/svg+xml", "_repr_svg_")):
         if text := getattr(value, method, lambda: None)():
@@ -137,7 +137,7 @@ def page(
                 pictures[file] = "".join(data["image/svg+xml"])
                 parts.append(f"![{heading}]({file})")
             elif "text/html" in data:
-                parts.append(f"<div class=\"jupyter\">{''.join(data['text/html'])}</div>")
+                parts.append(f'<div class="jupyter">{"".join(data["text/html"])}</div>')
             else:
                 text = "".join(data["text/plain"]).rstrip("\n")
                 parts.append(f"```text\n{text}\n```")
@@ -151,7 +151,7 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def on_files(files: Files, config: MkDocsConfig, **_of: object) -> Files:
-    """What mkdocs calls with the files of the site: pages of the notebooks in the navigation."""
+    """Add a page for each notebook in the navigation; mkdocs calls this."""
     from mkdocs.structure.files import File
 
     listed = set(re.findall(r"notebooks/([\w-]+)\.md", json.dumps(config.nav)))

@@ -1,8 +1,8 @@
-"""What Markdown cannot say about a page's looks; a hook of mkdocs.
+"""Details of a page's looks that Markdown cannot express; a hook of mkdocs.
 
 A browser breaks a line after a hyphen, within code too, so that `--` ends one line and `figure`
 begins the next: such words are kept in one piece. A bar within a table needs a backslash on GitHub,
-which the site would show. A room of one page needs no menu beside it.
+which the site would show. A room of one page needs no menu next to it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 CODE = re.compile(r"(?P<block><pre\b.*?</pre>)|<code>(?P<inline>[^<]*)</code>", re.DOTALL)
 WORD = re.compile(r"(?<!\S)[^\s<]*-[^\s<]*(?!\S)")
 LONGEST = 30
-"""Characters of a word that still fits beside others on a phone."""
+"""Characters of a word that still fits next to others on a phone."""
 LONG = 48
 """Characters of code from which a table's first column may break it."""
 ALONE = ("index.md", "gallery.md")
@@ -40,12 +40,12 @@ def looks(content: str) -> str:
 
 
 def on_page_markdown(markdown: str, page: Page, **_of: object) -> str:
-    """What mkdocs calls with the Markdown of every page."""
+    """Hide the menu of pages that need none; mkdocs calls this for every page."""
     if page.file.src_uri in ALONE:
         page.meta["hide"] = ["navigation"]
     return markdown
 
 
 def on_page_content(content: str, **_of: object) -> str:
-    """What mkdocs calls with the HTML of every page."""
+    """Return the HTML of a page with its code kept in one piece; mkdocs calls this."""
     return looks(content)

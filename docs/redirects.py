@@ -40,7 +40,7 @@ def redirect(old: str, new: str) -> str:
 
 
 def on_files(files: Files, config: MkDocsConfig, **_of: object) -> Files:
-    """What mkdocs calls with the files of the site: a page for each old address."""
+    """Add a page for each old address; mkdocs calls this with the files of the site."""
     from mkdocs.structure.files import File
 
     for old, new in config.extra.get("moved", {}).items():

@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_origin
 
-import layerjam
 from layerjam.core.command.declare import (
     FLATTENED,
     PYTHON_ONLY,
@@ -89,7 +88,7 @@ class Stub:
         )
 
     def given(self, p: Parameter, kind: Any, module: str, arrays: bool = True) -> str:
-        """What a caller may give for a parameter, with or without arrays."""
+        """Return the type that a caller may give for a parameter, with or without arrays."""
         words = [f"Literal[{word!r}]" for word in p.words]
         if p.spec is not None:
             plain = [*words, "int" if p.spec.whole else "float", "str"]
@@ -163,7 +162,7 @@ class Stub:
         return " | ".join(word for word in text.split(" | ") if word != "None")
 
     def arrays(self, cls: type[Result]) -> str:
-        """The class of an array result, whose numbers may be NumPy's or xarray's arrays."""
+        """Add the class of an array result, whose numbers may be arrays of NumPy or xarray."""
         made = f"_{cls.__name__}Array"
         keys = cls.keys()
         names = [f.name for f in keys if f.metadata["quantity"] or f.name == "feasible"]
@@ -222,8 +221,6 @@ def stub() -> str:
             else:
                 imports.append(f"from {module} import {alias.name} as {public}")
     imports += [f"from {m} import {name[1:]} as {name}" for name, m in made.imports.items()]
-    laws = layerjam._read_names("laws.py").keys() - set(layerjam.__all__)
-    imports += [f"from layerjam.laws import {name} as {name}" for name in laws]
     classes = [line for one in made.classes.values() for line in one]
     text = HEAD + "\n".join([*imports, *classes, *lines, ""])
     for words in (["check", "--select", "F401,I", "--fix", "-q"], ["format", "-q"]):

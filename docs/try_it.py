@@ -18,7 +18,7 @@ NAME = "try-it.html"
 
 
 def on_files(files: Files, config: MkDocsConfig, **_of: object) -> Files:
-    """What mkdocs calls with the files of the site: the brake's page is one more."""
+    """Add the brake's page to the files of the site; mkdocs calls this."""
     from mkdocs.structure.files import File
 
     files.append(File.generated(config, NAME, content=make_html(load("choi2018-kapton"))))

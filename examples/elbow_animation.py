@@ -162,10 +162,11 @@ down slowly, and stays again</title>
 <g transform="translate(405 130)">{person(braked, "Brake evacuated")}</g>
 <g transform="translate(80 372)">
   {curves}
-  <text x="295" y="145" text-anchor="middle">Time (s)</text>
+  <text x="295" y="145" text-anchor="middle">time [s]</text>
+  <text x="590" y="145" text-anchor="end">computed</text>
   <text x="-62" y="-6" font-size="11">vacuum</text>
-  <text transform="translate(-50 55) rotate(-90)" text-anchor="middle">Forearm below</text>
-  <text transform="translate(-36 55) rotate(-90)" text-anchor="middle">the horizontal</text>
+  <text transform="translate(-50 55) rotate(-90)" text-anchor="middle">forearm below</text>
+  <text transform="translate(-36 55) rotate(-90)" text-anchor="middle">the horizontal [°]</text>
 </g>
 </svg>
 """

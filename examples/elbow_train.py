@@ -85,13 +85,13 @@ def ends(arm: Elbow, policy: Policy) -> tuple[list[np.ndarray], np.ndarray]:
 
 
 def train(seconds: float, generations: int = 10**6) -> tuple[np.ndarray, np.ndarray]:
-    """(numbers of the network, seconds and cost [degrees] of each generation)."""
-    arm, began = Elbow(), time.perf_counter()
+    """(numbers of the network, processor seconds and cost [degrees] of each generation)."""
+    arm, began = Elbow(), time.process_time()
     search = cma.CMAEvolutionStrategy(
         np.zeros(6 * HIDDEN + 1), 1.0, {"seed": 1, "verbose": -9, "popsize": 16}
     )
     history, generation = [], 0
-    while (now := time.perf_counter() - began) < seconds and generation < generations:
+    while (now := time.process_time() - began) < seconds and generation < generations:
         asked = search.ask()
         seeds = range(generation * EPISODES, (generation + 1) * EPISODES)
         costs = [cost(arm, numbers, seeds) for numbers in asked]
@@ -118,11 +118,13 @@ def draw(file: Path, before: Policy, after: Policy, history: np.ndarray) -> str:
                 left.plot(times, path, color=color, linewidth=0.9, alpha=0.6)
         style.add_label(left, 0.62, 50, "untrained", style.GREY)
         style.add_label(left, 0.75, -8, "trained", style.BLUE)
-        style.label_axes(left, "Twenty arms it has not seen", xlabel="Time (s)",
-                         ylabel="Below the target (degrees)", ylim=(-50, 65))  # fmt: skip
+        style.label_axes(left, "Trained arms come to rest at the target",
+                         "simulated; twenty new arms", xlabel="time [s]",
+                         ylabel="angle below the target [°]", ylim=(-50, 65))  # fmt: skip
         right.plot(history[:, 0], history[:, 1], color=style.BLUE)
-        style.label_axes(right, "Learning", xlabel="Time of training (s)", ylim=(0, None),
-                         ylabel="Mean distance over an episode (degrees)")  # fmt: skip
+        style.label_axes(right, "A minute of training halves the error",
+                         xlabel="training time [s]", ylim=(0, None),
+                         ylabel="mean distance over an episode [°]")  # fmt: skip
         figure.savefig(file, metadata={"Date": None})
 
     def said(away: np.ndarray) -> str:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import itertools
 import os
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -60,20 +62,23 @@ def resident() -> int:
 MOST_RERUNS = 3
 """Number of repeated tests beyond which a run fails, even if all of them then pass."""
 BROWSER = {"tab", "chromium", "workbench"}
-"""Fixtures that start a browser or a server; a test that uses one is marked `timing`."""
+"""Fixtures that start a browser or a server; a test with one is marked `browser` and `timing`."""
 
 BOARD = "tests/bench/rig/"
 """Folder of the tests with a virtual board in a process of its own."""
 
 
+@pytest.hookimpl(tryfirst=True)  # before -m selects by the markers
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Rerun tests marked `timing` once if they fail."""
-    if not config.pluginmanager.hasplugin("rerunfailures"):
-        return
+    """Mark tests with a browser or a board, and rerun those marked `timing` once if they fail."""
+    reruns = config.pluginmanager.hasplugin("rerunfailures")
     for item in items:
-        if BROWSER & set(getattr(item, "fixturenames", ())) or BOARD in item.path.as_posix():
+        if BROWSER & set(getattr(item, "fixturenames", ())):
+            item.add_marker("browser")
             item.add_marker("timing")
-        if item.get_closest_marker("timing") is not None:
+        if BOARD in item.path.as_posix():
+            item.add_marker("timing")
+        if reruns and item.get_closest_marker("timing") is not None:
             item.add_marker(pytest.mark.flaky(reruns=1))
 
 
@@ -83,8 +88,20 @@ def find_reruns(config: pytest.Config) -> list[str]:
     return [] if reporter is None else [r.nodeid for r in reporter.stats.get("rerun", [])]
 
 
+def add_times(stats: dict[str, list[object]]) -> Counter[str]:
+    """Return the seconds that the tests of each folder took, summed over the workers."""
+    times: Counter[str] = Counter()
+    for report in itertools.chain.from_iterable(stats.values()):
+        if isinstance(report, pytest.TestReport):
+            times[report.nodeid.rpartition("/")[0].removeprefix("tests/")] += report.duration
+    return times
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Print every rerun with its name and error."""
+    """Print the time of each folder, and every rerun with its name and error."""
+    times = add_times(terminalreporter.stats).most_common()
+    parts = [f"{folder} {seconds:.0f} s" for folder, seconds in times if seconds >= 1]
+    terminalreporter.line(f"\ntime of each folder: {', '.join(parts) or 'less than 1 s'}")
     repeated = terminalreporter.stats.get("rerun", [])
     if repeated:
         terminalreporter.section(f"tests that were run twice: {len(repeated)}")

@@ -284,12 +284,6 @@ def section(found: dict[str, Tally], campaigns: int, seed: int) -> str:
 
 {table(found)}
 
-*found* is the percentage of campaigns in which a check failed or a file was rejected. The two rows
-without a fault show the false alarms, at most {ALARMS:.1%}. If the fault is marked "(warning)", a
-warning counts as well. A spike is found if every test has the static friction that it has without
-the spike, within 5 %, and the result names the spike. *named* is the percentage in which the faulty
-test, and no other, was named. **Bold** rows must reach {MUST:.0%}.
-
 {MARKS[1]}"""
 
 

@@ -278,7 +278,7 @@ def main() -> int:
     }
     print(table(found))
     if given.write:
-        write(found, given.campaigns, given.seed, SAMPLES)
+        write(found, given.campaigns, given.seed)
     wrong = [
         f"{case.name}: {name} {tally.share:.1%}"
         for case in CASES

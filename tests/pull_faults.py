@@ -321,20 +321,8 @@ Made by `python tests/pull_faults.py --campaigns {campaigns} --seed {seed} --wri
 
 {table(found)}
 
-Percentages are of campaigns in which a check prints LOOK or a pull is rejected. The first row shows
-the false alarms, with an uncertainty of {own:.1%}. **Bold** faults must be detected in 80 % of
-campaigns. "Table alone" is the result of the pull-by-pull table and the mean shape. It is part of
-every method, including the Bayesian fit.
-
-The best possible test (Neyman and Pearson's) knows the true friction or stiffness of every pull,
-their scatter, and the size of the fault, and has 5 % false alarms. It does not know the mean, nor
-which pull or vacuum is faulty. A test that must estimate the scatter from twelve pulls cannot match
-it.
-
-For overshoot and seating, the best test knows the noise and the form of the fault instead. Each
-pull's friction, stiffness, enclosure and slack are free, and the noise hides no fault. Faults that
-pass the checks there do so by choice (tolerances of 1.5 % for shape, 5 % for seating), not because
-the data hide them.
+Percentages are of campaigns in which a check prints LOOK or a pull is rejected. The
+first row, the false alarms, has an uncertainty of {own:.1%}.
 
 {MARKS[1]}"""
 

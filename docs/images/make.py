@@ -1,54 +1,37 @@
-"""Draw the pictures of README and docs beside this file: python docs/images/make.py [NAME...]."""
+"""Draw the pictures of README and docs in this folder: python docs/images/make.py [FILE...].
+
+FILE is the name of a picture, such as rise.svg; by default all of them are drawn.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import re
+import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyBboxPatch
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from layerjam.bench.figures import line_pictures
+from layerjam.bench.figures.wiring_diagram import draw_wiring
+from layerjam.bench.rig.circuit import load_circuit
+from layerjam.brake.device.load import load
+from layerjam.brake.figures.fluid_figures import draw_fig5
+from layerjam.brake.mechanics.pull import brake_force, force_at_elongation, vacuum_for_force
+from layerjam.core.drawing import style
 
 HERE = Path(__file__).parent
-NAMES = ("device", "kapton", "engines", "rise", "regulators", "forces", "warned", "coupling",
-         "overview")  # fmt: skip
 VACUUMS = (94.5e3, 65.5e3, 31.0e3, 0.0)
-
-
-def draw(name: str, path: Path) -> Path:
-    """One picture by name: a function of this file or of report/line_pictures.py."""
-    jax.config.update("jax_enable_x64", True)
-    from layerjam.bench.figures import line_pictures
-    from layerjam.brake.figures import fluid_figures
-    from layerjam.core.drawing import style
-
-    here = {"device": device, "kapton": kapton, "engines": engines, "rise": fluid_figures.draw_fig5}
-    here["overview"] = overview
-    drawn = {"warned": "draw_warned_plan"}.get(name, f"draw_{name}")
-    figure = here[name]() if name in here else getattr(line_pictures, drawn)()
-    return style.save(figure, path, overwrite=True)
-
-
-def device() -> Figure:
-    """The paper's Kapton brake with every named length and force."""
-    from layerjam.brake.device.load import load
-    from layerjam.brake.figures import device_drawing
-
-    return device_drawing.draw_device(load("choi2018-kapton"))
 
 
 def kapton() -> Figure:
     """The paper's Kapton brake pulled at the paper's four vacuums, and the vacuum for 100 N."""
-    from layerjam.brake.device.load import load
-    from layerjam.brake.mechanics.pull import brake_force, force_at_elongation, vacuum_for_force
-    from layerjam.core.drawing import style
-
     brake = load("choi2018-kapton").brake
     u = np.union1d(np.linspace(0, 4e-3, 400), np.linspace(0, 40e-3, 300))
     with style.apply_style():
@@ -85,8 +68,6 @@ SHAPES = "osD^vP"
 
 def engines() -> Figure:
     """The same drop in six engines, as benchmarks/engines.py measured it: slip, and its error."""
-    from layerjam.core.drawing import style
-
     record = json.loads((HERE / "engines.json").read_text(encoding="utf-8"))
     with style.apply_style():
         figure, (left, right) = style.make_axes(
@@ -110,8 +91,8 @@ def engines() -> Figure:
             xlabel="time [ms]", ylabel="slip [mm]", xlim=(0, 30), ylim=(0, 20),
         )  # fmt: skip
         style.label_axes(
-            right, "Five engines err alike, OpenSim hardly",
-            f"steps of {record['step'] * 1e3:g} ms; measured on {record['day']}",
+            right, "No engine errs by more than 0.1 mm",
+            f"simulated in steps of {record['step'] * 1e3:g} ms on {record['day']}",
             xlabel="error of the slip [µm]", xlim=(-20, 130), ylim=(5.6, -0.6), yticks=(),
         )  # fmt: skip
         right.axvline(0, color=style.GREY, lw=1)
@@ -132,7 +113,7 @@ BOXES: dict[str, tuple[float, float, str, str]] = {
     "interop": (2, 0, "interop", "C kernel, FMI, MuJoCo"),
     "build": (3, 1, "workshop", "design, drawings, parts"),
     "bench": (1, 0, "bench", "controller, firmware"),
-    "board": (0, 0, "board, pump, valve", "virtual and emulated only"),
+    "board": (0, 0, "board, pump, valve", "virtual or emulated"),
     "parts": (4, 1, "cut, printed, cast", "nobody has built one"),
 }
 """{box of the overview: (column, row, folder, content)}."""
@@ -148,13 +129,9 @@ MAIN = ("brake file", "test files", "device", "identify", "laws", "simulate", "c
 
 def overview() -> Figure:
     """The way from a brake file and test files to a result, with its side branches."""
-    from matplotlib.patches import FancyBboxPatch
-
-    from layerjam.core.drawing import style
-
-    wide, high, step_x, step_y = 1.72, 0.62, 2.1, 1.1
+    wide, high, step_x, step_y = 1.72, 0.62, 1.96, 1.0
     with style.apply_style():
-        figure, (axes,) = style.make_axes(width=10.4, height=3.5)
+        figure, (axes,) = style.make_axes(width=9.6, height=3.3)
         axes.set(xlim=(-0.05, 4 * step_x + wide + 0.05), ylim=(-0.1, 2 * step_y + high + 0.1))
         style.hide_axes(axes)
         for name, (column, line, folder, content) in BOXES.items():
@@ -182,16 +159,72 @@ def overview() -> Figure:
     return figure
 
 
-def gallery() -> list[Path]:
-    """The pictures of docs/gallery.md, by the lines that stand under each."""
+def draw_gallery(folder: Path) -> None:
+    """Draw the pictures of docs/gallery.md by the code of that page."""
     page = (HERE.parent / "gallery.md").read_text(encoding="utf-8")
-    with contextlib.chdir(HERE):
-        for path in Path().glob("gallery-*.svg"):
-            path.unlink()
+    for name in list_gallery():
+        (folder / name).unlink(missing_ok=True)
+    with contextlib.chdir(folder):
         exec("\n".join(re.findall(r"(?<!-->\n)```python\n(.*?)```", page, re.DOTALL)), {})
-    return sorted(HERE.glob("gallery-*.svg"))
+
+
+def list_gallery() -> list[str]:
+    """Return the names of the pictures that the code of docs/gallery.md draws."""
+    page = (HERE.parent / "gallery.md").read_text(encoding="utf-8")
+    return re.findall(r'^result\.plot\("([\w-]+\.svg)"\)', page, re.MULTILINE)
+
+
+FIGURES: dict[str, Callable[[], Figure]] = {
+    "kapton.svg": kapton,
+    "engines.svg": engines,
+    "overview.svg": overview,
+    "rise.svg": draw_fig5,
+    "regulators.svg": line_pictures.draw_regulators,
+    "forces.svg": line_pictures.draw_forces,
+    "warned.svg": line_pictures.draw_warned_plan,
+    "coupling.svg": line_pictures.draw_coupling,
+}
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "stop.svg": ("docs/images/stop_animation.py",),
+    "bending.svg": ("-m", "benchmarks.bending", "--figure"),
+    "held.svg": ("-m", "benchmarks.creep", "--figure"),
+    "elbow.svg": ("examples/elbow_train.py", "--seconds", "60", "--figure"),
+    "elbow-animation.svg": ("examples/elbow_animation.py",),
+    "workbench.png": ("docs/images/workbench.py",),
+}
+"""{picture: program that draws it, before the path of the picture}."""
+SIMULATORS = HERE.parents[1] / ".venv" / "interop" / "bin" / "python"
+"""Python with MuJoCo and others, as `make interop` installs it."""
+SIMULATED = ("held.svg", "elbow.svg", "elbow-animation.svg")
+WIRING = "wiring-pico.svg"
+NAMES = (*FIGURES, *COMMANDS, WIRING, *list_gallery())
+
+
+def draw(name: str, folder: Path) -> Path:
+    """Draw one picture into a folder, those of the gallery all together; return its path."""
+    jax.config.update("jax_enable_x64", True)
+    path = folder / name
+    if name in FIGURES:
+        return style.save(FIGURES[name](), path, overwrite=True)
+    if name in COMMANDS:
+        python = str(SIMULATORS) if name in SIMULATED else sys.executable
+        words = [python, *COMMANDS[name], str(path.resolve())]
+        subprocess.run(words, cwd=HERE.parents[1], check=True)
+    elif name == WIRING:
+        path.write_text(draw_wiring(load_circuit("pico")), encoding="utf-8")
+    else:
+        draw_gallery(folder)
+    return path
+
+
+def main(names: list[str]) -> None:
+    """Draw pictures by name, and report those whose simulator is not installed."""
+    for name in names or (*FIGURES, *COMMANDS, WIRING, list_gallery()[0]):
+        if name in SIMULATED and not SIMULATORS.exists():
+            print(f"{name} is not drawn: it needs MuJoCo, which `make interop` installs")
+        else:
+            print(draw(name, HERE))
 
 
 if __name__ == "__main__":
-    for each in sys.argv[1:] or (*NAMES, "gallery"):
-        print(*gallery() if each == "gallery" else [draw(each, HERE / f"{each}.svg")], sep="\n")
+    main(sys.argv[1:])

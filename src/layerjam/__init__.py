@@ -119,12 +119,14 @@ class _FormerPaths(MetaPathFinder, Loader):
         sys.modules[module.__name__] = importlib.import_module(name)
 
     def _find_module(self, former: str) -> str:
-        room, _, inner = former.partition(".")
-        if room in _NEW:
-            path = f"{_NEW[room]}{inner and '.'}{inner}"
+        package, _, inner = former.partition(".")
+        if package in _NEW:
+            path = f"{_NEW[package]}{inner and '.'}{inner}"
             return f"layerjam.{_NEW_NAMES.get(path, path)}"
-        folders = [f"{wing}.{'commands' if room == 'commands' else 'figures'}" for wing in _MOVED]
-        folders = ["core.command" if room == "commands" else "core.drawing", *folders[1:]]
+        folders = [
+            f"{wing}.{'commands' if package == 'commands' else 'figures'}" for wing in _MOVED
+        ]
+        folders = ["core.command" if package == "commands" else "core.drawing", *folders[1:]]
         if not inner:
             return f"layerjam.{folders[0]}"
         inner = {"predict": "force", "impact": "drop"}.get(inner, inner)

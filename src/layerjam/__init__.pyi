@@ -131,75 +131,6 @@ from layerjam.laboratory.measure.readers.read import read_trace as read_trace
 from layerjam.laboratory.measure.readers.read import read_traces as read_traces
 from layerjam.laboratory.measure.trace import Trace as Trace
 from layerjam.laboratory.measure.trace import Trace as _Trace
-from layerjam.laws import WetFilm as WetFilm
-from layerjam.laws import aged_holding_force as aged_holding_force
-from layerjam.laws import aged_static as aged_static
-from layerjam.laws import amplification as amplification
-from layerjam.laws import bending_stiffness_free as bending_stiffness_free
-from layerjam.laws import bending_stiffness_jammed as bending_stiffness_jammed
-from layerjam.laws import brake_cycle as brake_cycle
-from layerjam.laws import brake_force as brake_force
-from layerjam.laws import buckling_force as buckling_force
-from layerjam.laws import buckling_moment as buckling_moment
-from layerjam.laws import cantilever_deflection as cantilever_deflection
-from layerjam.laws import cantilever_force as cantilever_force
-from layerjam.laws import capstan_ratio as capstan_ratio
-from layerjam.laws import clamp_stress as clamp_stress
-from layerjam.laws import critical_speed as critical_speed
-from layerjam.laws import enclosure_bending_stiffness as enclosure_bending_stiffness
-from layerjam.laws import enclosure_cycle as enclosure_cycle
-from layerjam.laws import enclosure_force as enclosure_force
-from layerjam.laws import enclosure_mass as enclosure_mass
-from layerjam.laws import enclosure_stretch as enclosure_stretch
-from layerjam.laws import energy_capacity as energy_capacity
-from layerjam.laws import force_at_elongation as force_at_elongation
-from layerjam.laws import force_limits as force_limits
-from layerjam.laws import holding_force as holding_force
-from layerjam.laws import joint_friction as joint_friction
-from layerjam.laws import joint_sheet_force as joint_sheet_force
-from layerjam.laws import least_stiffness as least_stiffness
-from layerjam.laws import local_rise as local_rise
-from layerjam.laws import mass as mass
-from layerjam.laws import mount_stiffness as mount_stiffness
-from layerjam.laws import peak as peak
-from layerjam.laws import peak_vacuum as peak_vacuum
-from layerjam.laws import pull_work as pull_work
-from layerjam.laws import saturation_slip as saturation_slip
-from layerjam.laws import scale_factor_of_peak as scale_factor_of_peak
-from layerjam.laws import self_closing_vacuum as self_closing_vacuum
-from layerjam.laws import shear_at_first_slip as shear_at_first_slip
-from layerjam.laws import shear_at_full_slip as shear_at_full_slip
-from layerjam.laws import sheet_friction as sheet_friction
-from layerjam.laws import sheet_mass as sheet_mass
-from layerjam.laws import sheet_stress as sheet_stress
-from layerjam.laws import sliding_force as sliding_force
-from layerjam.laws import slip_at_elongation as slip_at_elongation
-from layerjam.laws import slip_heat as slip_heat
-from layerjam.laws import slip_moment as slip_moment
-from layerjam.laws import slip_work as slip_work
-from layerjam.laws import slow_saw as slow_saw
-from layerjam.laws import speed_at_slip as speed_at_slip
-from layerjam.laws import stable_speed as stable_speed
-from layerjam.laws import stiffness_before_slip as stiffness_before_slip
-from layerjam.laws import stiffness_sliding as stiffness_sliding
-from layerjam.laws import stiffness_without_stick_slip as stiffness_without_stick_slip
-from layerjam.laws import stop as stop
-from layerjam.laws import stop_in_time as stop_in_time
-from layerjam.laws import stops_per_minute as stops_per_minute
-from layerjam.laws import stribeck_friction as stribeck_friction
-from layerjam.laws import temperature_rise as temperature_rise
-from layerjam.laws import temperature_rise_of_sheets as temperature_rise_of_sheets
-from layerjam.laws import time_at_slip as time_at_slip
-from layerjam.laws import travel_left as travel_left
-from layerjam.laws import tuned_vacuum as tuned_vacuum
-from layerjam.laws import turning_moment as turning_moment
-from layerjam.laws import turning_stiffness_free as turning_stiffness_free
-from layerjam.laws import turning_stiffness_jammed as turning_stiffness_jammed
-from layerjam.laws import undamped_saw as undamped_saw
-from layerjam.laws import vacuum_eq10 as vacuum_eq10
-from layerjam.laws import vacuum_for_force as vacuum_for_force
-from layerjam.laws import wet_force as wet_force
-from layerjam.laws import wet_stress as wet_stress
 from layerjam.studies.choi2018.reproduce import Reproduction as _Reproduction
 from layerjam.studies.machines.apply import MachineResult as _MachineResult
 from layerjam.workshop.commands.array import ArrayPull as _ArrayPull
@@ -1001,12 +932,13 @@ def follow(
     model_error: float | str | _HasUnit = ...,
     seed: int | str | _HasUnit = ...,
     atmosphere: float | str | _HasUnit | None = ...,
+    interval: Literal["next", "mean"] = ...,
 ) -> _FollowedForceResult:
     """Make a sliding brake's force follow a profile, and report where this is impossible.
 
     The profile varies between the forces `low` and `high` with a `period` while the brake slips at
-    `speed`, or it is a file with time, force and slip. The errors have no interval: `model_error`
-    shows the effect of a friction that differs.
+    `speed`, or it is a file with time, force and slip. The controller assumes the brake of the
+    file. The next brake differs from it, so the intervals of the errors may lie above their values.
     """
 
 def plan(
@@ -1286,8 +1218,8 @@ def tensile(
     of peak, stiffness and onset; if interrupted, those of the stacks done so far. The fraction
     `vacuum_share` of the gauge's reading presses the sheets. With `leak_time` the line is shut off
     after every evacuation and the vacuum leaks away from then on, except in the "stack" model,
-    which keeps its initial vacuum. Intervals and basis are those of the lumped brake. Raises
-    ProcedureError or QuantityError for contradictions.
+    which keeps its initial vacuum. Intervals are those of the brake's uncertain numbers, without
+    the `scatter` of single interfaces. Raises ProcedureError or QuantityError for contradictions.
     """
 
 def tune(
@@ -1522,10 +1454,9 @@ def enclosure(
 ) -> _SiliconeFitResult:
     """Fit the modulus and a hyperelastic model of the enclosure's silicone to ASTM D412 curves.
 
-    `start` and `end` bound the strain of the initial slope; `fit_to` is the maximum strain that is
-    fitted. `tare` subtracts the stress without strain. Specimens (files) of one material are
-    pooled. `material` names the silicone to compare with, if the files do not. With `brake` and
-    `out`, the mean 100 % modulus is written into that copy; with `hyperelastic`, also the model.
+    `start` and `end` bound the strain of the initial slope. `tare` subtracts the stress without
+    strain. Specimens of one material are pooled. `material` names the silicone to compare with.
+    `brake` and `out` write the mean 100 % modulus into a copy; `hyperelastic`, also the model.
     """
 
 def friction(

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from counts import cases
 from layerjam.core.errors import MissingExtraError
 
-MOMENTS = 10
+MOMENTS = cases(10, 3)
 BEGIN = "from layerjam.cli.start import run; print('begins', flush=True); run()"
 ENDED = {0, 3}
 """Exit codes of a whole result; 3 if a practice file was rejected."""

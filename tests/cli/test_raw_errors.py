@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import layerjam as lj
+from layerjam.core.drawing.style import format_svg
 from layerjam.core.errors import LayerjamError, QuantityError
 
 KAPTON = "choi2018-kapton"
@@ -45,8 +46,14 @@ def test_a_date_that_is_not_a_number_is_named(
 ) -> None:
     force = lj.force(KAPTON, slip=0.02, vacuum=5e4)
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "abc")
-    with pytest.raises(QuantityError, match="SOURCE_DATE_EPOCH: 'abc' is not a number of seconds"):
-        force.plot(tmp_path / "force.pdf")
+    wrong = "SOURCE_DATE_EPOCH: 'abc' is not a number of seconds"
+    for draw in (
+        lambda: force.plot(tmp_path / "force.pdf"),
+        lambda: force.plot(tmp_path / "force.svg"),
+        lambda: format_svg(force.draw()),
+    ):
+        with pytest.raises(QuantityError, match=wrong):
+            draw()
     assert not [*tmp_path.iterdir()]
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     force.plot(tmp_path / "force.pdf")

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import importlib.metadata
 import json
+import os
 import shlex
 import shutil
+import subprocess
 import sys
+import sysconfig
+import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
+from layerjam.core import installation
 from layerjam.core.installation import install_command
+from layerjam.core.plugins import OWN_GROUPS
 
 ROOT = Path(__file__).parents[2]
 
@@ -20,6 +26,7 @@ ROOT = Path(__file__).parents[2]
 def installed_from(monkeypatch: pytest.MonkeyPatch, text: str | None) -> None:
     record = SimpleNamespace(read_text=lambda name: text if name == "direct_url.json" else None)
     monkeypatch.setattr(importlib.metadata, "distribution", lambda _: record)
+    monkeypatch.setattr(installation, "CHECKOUT", ROOT / "src")
 
 
 def test_a_checkout_is_named_by_its_folder() -> None:
@@ -54,3 +61,78 @@ def test_make_installs_quietly() -> None:
         if "-m pip install" in line
     ]
     assert len(installs) > 4 and all("install -qq --disable-pip-version" in i for i in installs)
+
+
+def list_dependencies() -> list[str]:
+    """Folders of installed packages without those that lead to the checkout."""
+    return [p for p in sys.path if Path(p).name in ("site-packages", "dist-packages")]
+
+
+def run_uninstalled(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """Run the files of the checkout with the packages in a folder, and nothing else."""
+    path = os.pathsep.join((str(ROOT / "src"), str(folder)))
+    return subprocess.run(
+        [sys.executable, "-S", "-m", "layerjam", *words],
+        check=False,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": path},
+    )
+
+
+def link_packages(folder: Path) -> None:
+    """Link every installed package except the metadata of layerjam."""
+    for source in list_dependencies():
+        for entry in Path(source).iterdir():
+            if not entry.name.startswith(("layerjam", "_editable_impl_layerjam")):
+                (folder / entry.name).symlink_to(entry)
+
+
+def test_groups_of_entry_points_are_those_of_the_project() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    own = [group for group in project["entry-points"] if group.startswith("layerjam.")]
+    assert sorted(own) == sorted(OWN_GROUPS)
+
+
+@pytest.mark.parametrize("words", [["--help"], ["show", "choi2018-kapton"], ["nonsense"]])
+def test_files_without_an_installation_name_the_command(words: list[str], tmp_path: Path) -> None:
+    link_packages(tmp_path)
+    done = run_uninstalled(tmp_path, *words)
+    assert done.returncode == 2 and done.stdout == ""
+    [line] = done.stderr.splitlines()
+    assert line.startswith("layerjam: the entry points layerjam.commands are missing")
+    assert shlex.split(line)[-2:] == ["-e", str(ROOT)]
+
+
+@pytest.mark.parametrize(
+    "points", ["", "brake = layerjam.brake.commands\n", "x = layerjam.gone.a\n"]
+)
+def test_an_older_installation_is_not_taken_for_this_one(points: str, tmp_path: Path) -> None:
+    link_packages(tmp_path)
+    metadata = tmp_path / "layerjam-0.0.1.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Name: layerjam\nVersion: 0.0.1\n", encoding="utf-8")
+    text = f"[layerjam.commands]\n{points}"
+    (metadata / "entry_points.txt").write_text(text, encoding="utf-8")
+    done = run_uninstalled(tmp_path, "show", "choi2018-kapton")
+    assert done.returncode == 2
+    [line] = done.stderr.splitlines()
+    assert shlex.split(line)[-2:] == ["-e", str(ROOT)]
+
+
+def test_a_missing_package_is_one_sentence(tmp_path: Path) -> None:
+    done = run_uninstalled(tmp_path, "--help")
+    assert done.returncode == 2
+    [line] = done.stderr.splitlines()
+    assert line.startswith("layerjam: No module named 'click'; install it: ")
+
+
+def test_a_system_that_refuses_pip_gets_an_environment(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "EXTERNALLY-MANAGED").touch()
+    monkeypatch.setattr(sys, "prefix", sys.base_prefix)
+    monkeypatch.setattr(sysconfig, "get_path", lambda name: str(tmp_path))
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    expected = f"{sys.executable} -m venv .venv && .venv/bin/python -m pip install -e"
+    assert install_command().startswith(expected)

@@ -4,8 +4,9 @@
     python -m docs.plain_english CHECKOUT --list RULE        every hit, PATH:LINE: text
     python -m docs.plain_english CHECKOUT --json             {rule: {group: count}}
 
-Run it in `tests`. It reads src/**/*.py, docs/**/*.md, README.md and commit subjects. Groups: cli,
-page (src/*/workbench), docstrings, comments, docs, commits, identifiers.
+Run it in `tests`. It reads src/**/*.py, docs/**/*.md, README.md and commit subjects, and in docs
+the scripts, the SCPI headers and the pictures. Groups: cli, page (src/*/workbench), docstrings,
+comments, docs, commits, identifiers.
 """
 
 from __future__ import annotations
@@ -32,10 +33,19 @@ from docs.style_texts import (
     Text,
     commit_texts,
     markdown_texts,
+    picture_texts,
     python_texts,
     sentences,
+    table_texts,
 )  # fmt: skip
 
+READERS = {
+    ".md": markdown_texts,
+    ".py": python_texts,
+    ".toml": table_texts,
+    ".svg": picture_texts,
+}
+"""{extension of a file in docs: reader of its texts}."""
 RULES = (*PATTERNS, *SENTENCE_TESTS, *WHOLE_TESTS, "participle", "function-word")
 
 
@@ -65,9 +75,9 @@ def check(root: Path, since: str = "") -> tuple[list[Hit], Counter[str]]:
         found = list(identifier_hits(root, path))
         read["identifiers"] += sum(1 for _ in module_names(ast.parse(path.read_text("utf-8"))))
         hits += found
-    for path in [root / "README.md", *sorted((root / "docs").rglob("*.md"))]:
-        if path.exists():
-            texts += markdown_texts(root, path)
+    for path in [root / "README.md", *sorted((root / "docs").rglob("*.*"))]:
+        if path.exists() and path.suffix in READERS:
+            texts += READERS[path.suffix](root, path)
     texts += commit_texts(root, since)
     for text in texts:
         read[text.group] += 1

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import tokenize
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -115,6 +116,27 @@ def markdown_texts(root: Path, path: Path) -> Iterator[Text]:
         if not stop:
             start = start if lines else number
             lines.append(re.sub(r"^\s*([-*+>]|\d+\.|#+)\s+", "", line).strip())
+
+
+def table_texts(root: Path, path: Path) -> Iterator[Text]:
+    """Yield the values of the tables of a TOML file, such as docs/scpi_headers.toml."""
+    place = path.relative_to(root).as_posix()
+    for table in tomllib.loads(path.read_text(encoding="utf-8")).values():
+        for name, text in table.items():
+            yield Text("docs", f"{place}:{name}", text)
+
+
+def read_words(svg: str) -> list[str]:
+    """Return the words and numbers in a picture; Matplotlib writes them as comments."""
+    found = re.findall(r"<!-- (.*?) -->|>([^<>]*)</t", svg)
+    return [word for pair in found for word in pair if word.strip()]
+
+
+def picture_texts(root: Path, path: Path) -> Iterator[Text]:
+    """Yield the words of an SVG picture."""
+    place = path.relative_to(root).as_posix()
+    for text in read_words(path.read_text(encoding="utf-8")):
+        yield Text("docs", place, text)
 
 
 def commit_texts(root: Path, since: str) -> Iterator[Text]:

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from counts import FULL
+from counts import cases
 from log_faults import OUTCOMES, PAGE, ROWS, Row, is_right, measure
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name.replace(" ", "-"))
 def test_a_file_ends_as_required(row: Row, tmp_path: Path) -> None:
-    found = measure(row, 40 if FULL else 8, 7, tmp_path)
+    found = measure(row, cases(40, 5), 7, tmp_path)
     assert is_right(row, found), found
 
 

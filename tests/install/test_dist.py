@@ -106,10 +106,10 @@ def pip(python: Path, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=bare(), capture_output=True, text=True, check=False)
 
 
-def engine(python: Path, target: Path) -> str:
-    """What an installation in a folder computes pulls with, where no compiler is on PATH."""
+def engine(python: Path, target: Path, source: Path) -> str:
+    """What an installation of sources or a wheel computes pulls with, if PATH has no compiler."""
     done = pip(python, "install", "--no-deps", "--no-build-isolation", "--no-index",
-               "--target", str(target), str(ROOT))  # fmt: skip
+               "--target", str(target), str(source))  # fmt: skip
     assert done.returncode == 0, done.stderr
     code = "from layerjam.brake.kernel.engine import describe_engine; print(describe_engine())"
     env = {**bare(), "PYTHONPATH": str(target), "PATH": "", "XDG_CACHE_HOME": str(target / "cache")}
@@ -119,13 +119,14 @@ def engine(python: Path, target: Path) -> str:
 
 @pytest.mark.slow
 def test_pip_and_make_dist_with_and_without_ziglang(builder: Path, tmp_path: Path) -> None:
-    assert "no compiled kernel" in engine(builder, tmp_path / "without")
+    assert "no compiled kernel" in engine(builder, tmp_path / "without", ROOT)
     assert not (tmp_path / "without/layerjam/brake/kernel/built").exists()
     fill(builder, builder.parents[2] / "zig.lock")
-    said = engine(builder, tmp_path / "with")
-    assert said.startswith("kernel (shipped with layerjam: ") and str(tmp_path / "with") in said
-    assert len(list((tmp_path / "with/layerjam/brake/kernel/built").iterdir())) == KERNELS
     words = (builder, ROOT / "tests/install/dist.py", tmp_path / "dist")
     done = subprocess.run(words, env=bare(), capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert {path.suffix for path in (tmp_path / "dist").iterdir()} == {".whl", ".gz"}
+    [wheel] = (tmp_path / "dist").glob("*.whl")
+    said = engine(builder, tmp_path / "with", wheel)
+    assert said.startswith("kernel (shipped with layerjam: ") and str(tmp_path / "with") in said
+    assert len(list((tmp_path / "with/layerjam/brake/kernel/built").iterdir())) == KERNELS

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from docs.examples import ROOT
+from docs.pictures import compare
+
 gymnasium = pytest.importorskip("gymnasium", reason="no Gymnasium here")
 pytest.importorskip("cma", reason="no pycma here")
 pytest.importorskip("mujoco", reason="no MuJoCo here")
-sys.path.insert(0, str(Path(__file__).parents[2] / "examples"))
+sys.path.insert(0, str(ROOT / "examples"))
 pytestmark = pytest.mark.slow
 
 
@@ -34,6 +36,13 @@ def test_the_arm_is_held_and_never_lifted():
         assert np.degrees(max(angles)) < 25
         # what swings back is the brake's own spring, not more than it was stretched by
         assert np.degrees(angles[-1]) > np.degrees(max(angles)) - 5
+
+
+def test_the_animation_of_the_gallery_is_what_the_example_draws():
+    from elbow_animation import picture
+
+    committed = ROOT / "docs" / "images" / "elbow-animation.svg"
+    assert compare(committed.read_text("utf-8"), picture()) == ""
 
 
 def test_ten_generations_stop_nearer_to_the_target(tmp_path):

@@ -8,16 +8,21 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
+from brake.device.test_evidence import EVIDENCE
 from interop.live_cases import as_program, check_answers, make_cases
 from interop.test_refusals import ABSENT, file_of
 from layerjam.brake.commands.edit import BRAKE_FIELDS
+from layerjam.brake.device.brake_file import BrakeFile, updated_text
 from layerjam.brake.device.load import catalogue, load
 from layerjam.cli.main import main
 from layerjam.core.errors import FileError
+from layerjam.core.units import show
 from layerjam.core.verdict import Acceptance
+from layerjam.workshop.commands.show import show as show_brake
 
 pytest.importorskip("jinja2", reason="the extra report is not installed")
 
@@ -90,6 +95,19 @@ def test_titles_and_accepted_checks_are_on_the_page_as_text():
     text = make_html(brake)
     assert text.count("<script") == 1 and "&lt;script&gt;alert" in text
     assert "new &lt;b&gt;operator&lt;/b&gt;" in text and "accepted, 1 failed check" in text
+
+
+def test_the_numbers_have_intervals_and_the_page_states_what_was_tested():
+    brake = load("choi2018-kapton")
+    untested = make_html(brake)
+    assert "Basis: handbook: no test of this brake." in untested
+    assert "Tests of this brake cover" not in untested
+    low, high = show_brake(brake).interval("holding_force")
+    assert f"95 %: {show(low, 'N')} to {show(high, 'N')}" in untested
+    spans = {"vacuum": (90e3, 95e3), "slip": (0.0, 0.03)}
+    text = updated_text(brake, "own", {}, evidence=replace(EVIDENCE, ranges=spans))
+    tested = make_html(BrakeFile.read(text, "own.toml"))
+    assert "Tests of this brake cover vacuum 90 kPa to 95 kPa; slip 0 mm to 30 mm." in tested
 
 
 def test_without_the_extra_nothing_is_written(tmp_path, monkeypatch, capsys):

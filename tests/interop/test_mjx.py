@@ -130,7 +130,9 @@ def test_the_arm_over_a_drum_goes_as_far_as_with_the_helper():
 def test_what_mjx_would_take_in_silence_is_refused():
     spec = mj.MjSpec.from_string(falling(stiffness=None))
     helpers.attach(spec, "cable", KAPTON)
-    with pytest.raises(QuantityError, match="actuator 'cable': MJX treats a plugin as a motor"):
+    with pytest.raises(
+        QuantityError, match="actuator 'cable': MJX would treat this plugin as a motor"
+    ):
         brakes.brake(spec.compile(), "cable", KAPTON)
     model = mj.MjModel.from_xml_string(falling(cable='springyield="0.01"'))
     with pytest.raises(QuantityError, match="MJX treats springyield as an elastic spring"):

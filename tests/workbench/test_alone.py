@@ -53,7 +53,7 @@ def test_what_it_loads_stays_away_from_here():
     heard = []
     name = "wave" if "wave" not in sys.modules else "nntplib"
     process, before, held = run_in_subprocess(
-        loads_a_module, name, tell=lambda *told: heard.append(told)
+        loads_a_module, name, progress=lambda *told: heard.append(told)
     )
     assert process != os.getpid()
     assert not before
@@ -65,15 +65,15 @@ def test_what_it_loads_stays_away_from_here():
 
 def test_its_errors_are_raised_here_with_all_they_know():
     with pytest.raises(FileError) as caught:
-        run_in_subprocess(refuses, "x.csv", tell=nothing)
+        run_in_subprocess(refuses, "x.csv", progress=nothing)
     own = FileError(Path("x.csv"), "is of no use", 7)
     assert str(caught.value) == str(own)
     assert vars(caught.value) == vars(own)
     with pytest.raises(KeyError) as wrong:
-        run_in_subprocess(is_wrong, tell=nothing)
+        run_in_subprocess(is_wrong, progress=nothing)
     assert any("is_wrong" in note for note in wrong.value.__notes__)
     with pytest.raises(LayerjamError, match="ended unexpectedly, with exit code 3"):
-        run_in_subprocess(ends, tell=nothing)
+        run_in_subprocess(ends, progress=nothing)
 
 
 def test_stopped_it_leaves_neither_process_nor_folder(tmp_path):
@@ -86,6 +86,6 @@ def test_stopped_it_leaves_neither_process_nor_folder(tmp_path):
 
     where = tmp_path / "where"
     with pytest.raises(Enough):
-        run_in_subprocess(stays_in, str(where), tell=tell)
+        run_in_subprocess(stays_in, str(where), progress=tell)
     assert not multiprocessing.active_children()
     assert not Path(where.read_text()).exists()

@@ -170,7 +170,7 @@ def test_the_comparison_says_which_is_better_in_words():
         assert {compare_numbers(1 + part, 1.0, better) for better in (-1, 0, 1)} == {"same"}
     assert compare_numbers(1 + 5.1e-5, 1.0, -1) == "▼ +0.01%, worse"
     assert compare_numbers(2.0, 1.0, 0) == "+100.0%"
-    assert compare_numbers(2.0, 0.0, 1) == "▲ more than zero, better"
+    assert compare_numbers(2.0, 0.0, 1) == "▲ was zero, better"
 
 
 def test_an_edited_brake_is_undone_and_comes_back_by_its_link():

@@ -66,6 +66,15 @@ def test_an_example_is_copied_by_its_name():
     assert page_of(spec=SMALL).calls()[0].command_line() == "layerjam design small-b.toml"
 
 
+def test_the_share_of_brakes_is_that_of_the_last_search():
+    """A slider that was moved since does not start a search, and is not copied."""
+    (call,) = page_of(spec="wrist", share=0.7, confidence=0.9).calls()
+    assert call.command_line() == "layerjam design wrist --confidence 0.7"
+    found = page_of(spec=SMALL, share=0.6).compute()[1].result
+    assert found.confidence == 0.6
+    assert found.values == design(page_of(spec=SMALL).parts["need"].spec(), confidence=0.6).values
+
+
 def test_a_link_brings_the_specification_back_and_the_brake_it_began_from(small):
     own = brake_of(small, small.chosen["number"]).text
     text = SMALL.replace("choi2018-kapton", f"small-b-{small.chosen['number']}.toml")

@@ -47,7 +47,6 @@ NAMED = {
     ("report", "accept_stick_slip"): "the choice Stick–slip",
     ("validate", "accept"): "a validation on the page writes no file",
     ("design", "accept"): "a design whose check failed is not put on the desk",
-    ("design", "confidence"): "95 %; a check of the chosen design says how many brakes reach it",
     ("design", "number"): "a click on the front selects the design that is put on the desk",
     ("report", "live"): "the page Brake saves a page that computes the brake",
     ("lab", "example"): "the practice files are the built-in campaign",

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 from nicegui.testing import user_simulation
 
+from layerjam.brake.device.load import load
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.preparation import Preparation
 from layerjam.workbench.shell import build_frame
@@ -53,3 +55,22 @@ def test_the_frame_and_the_page_appear_while_the_first_result_is_prepared() -> N
         asyncio.run(use())
     finally:
         may_go_on.set()
+
+
+def test_the_brake_is_drawn_before_the_browser_has_loaded_any_code(chromium) -> None:
+    async def fetch_page() -> str:
+        preparation = Preparation(loading=lambda: None)
+        async with user_simulation(lambda: build_frame("", TABS, preparation)) as user:
+            return str((await user.http_client.get("/")).text)
+
+    with ThreadPoolExecutor() as pool:  # Chromium's driver has a loop in this thread
+        text = pool.submit(lambda: asyncio.run(fetch_page())).result()
+    page = chromium.new_page()
+    page.route("**/_nicegui/**", lambda route: route.abort())
+    page.set_content(text, wait_until="domcontentloaded")
+    assert page.get_by_text("Preparing, 1 of 1: loading").is_visible()
+    drawing = page.get_by_test_id("frame-brake")
+    assert drawing.bounding_box()["width"] > 300
+    sheets = load("choi2018-kapton").brake.sheets.count
+    assert drawing.locator(".sheet-left, .sheet-right").count() == sheets + 2  # also from above
+    page.close()

@@ -72,10 +72,10 @@ def _write(path: Path, text: str) -> Path:
 def _add_line(path: Path, line: str) -> None:
     """Append a line to a user's file unless it is there; its other lines are never rewritten."""
     with report_failure(path, "cannot be written"):
-        before = path.read_text(encoding="utf-8") if path.is_file() else ""
-        if line not in before.splitlines():
+        old_text = path.read_text(encoding="utf-8") if path.is_file() else ""
+        if line not in old_text.splitlines():
             with path.open("a", encoding="utf-8") as file:
-                file.write(f"{line}\n" if before[-1:] in ("", "\n") else f"\n{line}\n")
+                file.write(f"{line}\n" if old_text[-1:] in ("", "\n") else f"\n{line}\n")
 
 
 def _print_script(ctx: click.Context, option: Any, name: str | None) -> None:

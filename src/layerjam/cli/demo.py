@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated
 from layerjam.cli.interrupts import handle_interrupts
 from layerjam.cli.main import main as layerjam
 from layerjam.core.command.declare import Help, PythonOnly, command
-from layerjam.core.command.results import Result, fact, number, result
+from layerjam.core.command.results import STOPPED, Result, fact, number, result
 from layerjam.core.errors import FileError, LayerjamError, MissingExtraError
 from layerjam.core.system import check_file_name, format_command_line, quote_word, report_failure
 from layerjam.core.units import show
@@ -108,7 +108,9 @@ class _Steps:
         line = format_command_line(("layerjam", *words))
         with self.log_step(content):
             print(f"\n$ {line}", flush=True)
-            if code := layerjam(words):
+            if (code := layerjam(words)) == STOPPED:
+                raise KeyboardInterrupt
+            if code:
                 raise LayerjamError(f"'{line}' ended with exit code {code}; see {self.path}")
 
 
@@ -174,16 +176,16 @@ def _run_demo(out: Path) -> DemoResult:
     print("The brake of Choi et al. (2018), from test files to a report, in 11 steps. The files")
     print("are synthetic: the paper has no raw curves, so a virtual test machine generates them.\n")
     steps = _Steps(out / LOG)
-    mine, calibrated_path = out / "my-brake.toml", out / "my-brake-calibrated.toml"
+    brake_path, calibrated_path = out / "my-brake.toml", out / "my-brake-calibrated.toml"
     with steps.log_step("measure: generate the files of a virtual test machine"):
         files = _write_test_files(out / "measurements")
-    for content, words in _plan_commands(out, mine, calibrated_path, files).items():
+    for content, words in _plan_commands(out, brake_path, calibrated_path, files).items():
         steps.run_step(content, *map(str, words))
     with steps.log_step("reproduce: the paper's claims and figures on one page") as tell:
         print(f"\n$ layerjam reproduce --out {quote_word(str(out))}", flush=True)
-        run, numbers = _describe_main_job(load(mine), load(calibrated_path), files)
-        extra = [_draw_glance(load(calibrated_path)), run]
-        claims = write_report(out, progress=tell, extra=extra, numbers=numbers)
+        run, numbers = _describe_main_job(load(brake_path), load(calibrated_path), files)
+        pictures = [_draw_glance(load(calibrated_path)), run]
+        claims = write_report(out, progress=tell, extra=pictures, numbers=numbers)
     print("\nThe five key numbers (from synthetic files):")
     for value, meaning in numbers:
         print(f"  {value:>12}  {meaning}")
@@ -204,7 +206,7 @@ def _run_demo(out: Path) -> DemoResult:
 
 
 def _plan_commands(
-    out: Path, mine: Path, calibrated_path: Path, files: Files
+    out: Path, brake_path: Path, calibrated_path: Path, files: Files
 ) -> dict[str, tuple[object, ...]]:
     """Return {step: command line} of the steps that are commands."""
     from layerjam.studies.choi2018.lab import NORMAL_FORCE
@@ -213,10 +215,10 @@ def _plan_commands(
     return {
         "friction: friction coefficients from 3 tests of two films": (
             *("friction", *tests, "--normal-force", f"{NORMAL_FORCE!r}N"),
-            *("--brake", BRAKE, "--out", mine),
+            *("--brake", BRAKE, "--out", brake_path),
         ),
         "calibrate: scale factor and stiffness from one pull": (
-            *("calibrate", mine, pull),
+            *("calibrate", brake_path, pull),
             *("--out", calibrated_path),
         ),
         "validate: the model against 6 other pulls": ("validate", calibrated_path, *others),
@@ -242,11 +244,11 @@ def _plan_commands(
 
 
 def _describe_main_job(
-    mine: "BrakeFile", calibrated_brake: "BrakeFile", files: Files
+    brake: "BrakeFile", calibrated_brake: "BrakeFile", files: Files
 ) -> "tuple[Part, list[tuple[str, str]]]":
     """Return the page's part about the main workflow, and its five numbers.
 
-    `mine` contains the measured friction, `calibrated_brake` also the calibration. `files` are
+    `brake` contains the measured friction, `calibrated_brake` also the calibration. `files` are
     friction tests, calibration pulls and validation pulls.
     """
     from layerjam.brake.commands.force import vacuum
@@ -260,7 +262,7 @@ def _describe_main_job(
     tests, pulls, others = files
     traces = [read_trace(test) for test in tests]
     friction = reduce_friction(traces, NORMAL_FORCE)
-    calibration = calibrate(read_pulls(pulls), mine.brake)
+    calibration = calibrate(read_pulls(pulls), brake.brake)
     validation = validate_pulls(read_pulls(others), calibrated_brake.brake)
     needed_vacuum = float(vacuum(calibrated_brake, slip=SLIP, force=FORCE).record[-1])
     numbers = [

@@ -25,7 +25,9 @@ from layerjam.core.command.declare import (
     declare_parameter,
     load_command,
 )
+from layerjam.core.command.results import STOPPED
 from layerjam.core.errors import FileError, QuantityError
+from layerjam.core.store import Appearing
 from layerjam.core.system import (
     check_file_name,
     format_command_line,
@@ -229,6 +231,9 @@ def _run_command(entry: Command, options: Sequence[Parameter], values: dict[str,
     for p in options:
         if isinstance(p.help, OutFile):
             check_target(values[p.name], overwrite, p.help.endings)
+    Appearing.reset(
+        value for value in (figure, record, *values.values()) if isinstance(value, Path)
+    )
     handle_interrupts()
     arguments = {
         p.name: values[p.name]
@@ -242,6 +247,8 @@ def _run_command(entry: Command, options: Sequence[Parameter], values: dict[str,
         elif isinstance(p.help, PythonOnly) and p.help.typed:
             arguments[p.name] = format_command_line(["layerjam", *TYPED.get()])
     result = entry(**arguments)
+    if result.exit_code != STOPPED:
+        Appearing.raise_lost_interrupt()
     if result.record is not None and not result.failed_checks:
         if record is not None:
             if not hasattr(result.record, "save"):

@@ -18,11 +18,12 @@ def _raise_interrupt(number: int, frame: FrameType | None) -> None:
     """Raise KeyboardInterrupt, but not in JAX's callback of the garbage collector.
 
     Python would print and ignore an exception there, and the program would continue, so it is
-    raised later. While a whole result appears, the command ends by itself within a moment, and the
-    interrupt is ignored.
+    raised later. While the files of a result appear, the command ends by itself within a moment,
+    and the interrupt is ignored.
     """
     if Appearing.begun:
         return
+    Appearing.interrupted = True
     place = frame
     while place is not None:
         if place.f_code.co_name == "_xla_gc_callback":

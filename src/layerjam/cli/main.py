@@ -87,19 +87,19 @@ class Commands(click.Group):
         every = self.first or TYPED.get() == HELP_OF_ALL
         names = [name for name in self._list_next_words() if name not in HIDDEN]
         entries = [commands()[name] for name in names if every or name in MOST_USED]
-        wide = max(len(entry.name) for entry in entries) + 2
+        width = max(len(entry.name) for entry in entries) + 2
         for group, title in GROUPS.items():
             members = [entry for entry in entries if entry.group == group]
             if members:
                 with formatter.section(title):
-                    _list_commands(formatter, members, wide)
+                    _list_commands(formatter, members, width)
         words = f"layerjam {self.first}".rstrip()
         hidden_count = len(names) - len(entries)
-        others = (
+        other_options = (
             f" layerjam help all lists the other {hidden_count} commands." if hidden_count else ""
         )
         formatter.write_paragraph()
-        formatter.write_text(f"{words} COMMAND --help explains a command.{others}")
+        formatter.write_text(f"{words} COMMAND --help explains a command.{other_options}")
 
 
 def _list_commands(formatter: Any, members: Sequence[Entry], wide: int) -> None:
@@ -159,7 +159,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _run_command_line(_normalise_help(words))
     finally:
         TYPED.reset(before)
-        Appearing.begun = False
+        if arguments is not None:  # otherwise the program ends now
+            Appearing.reset()
 
 
 def _normalise_help(words: tuple[str, ...]) -> tuple[str, ...]:
@@ -223,8 +224,8 @@ def _explain_split_quantity(message: str, words: Sequence[str]) -> str:
 
 
 def _print_error(sentence: str, code: int) -> int:
-    plain = "".join(c if c.isprintable() else "?" for c in sentence)
-    print(f"layerjam: {plain}", file=sys.stderr)
+    printable = "".join(c if c.isprintable() else "?" for c in sentence)
+    print(f"layerjam: {printable}", file=sys.stderr)
     return code
 
 

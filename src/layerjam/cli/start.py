@@ -19,7 +19,8 @@ A long-running server searches more often: `workbench.memory.freeze_modules`.
 def run() -> None:
     """Load the commands, run one, exit with its code.
 
-    An interrupt while the program is loading does not print a traceback.
+    An interrupt while the program is loading does not print a traceback, nor does a package that
+    is not installed.
     """
     gc.set_threshold(*SELDOM)
     codes: list[int] = []
@@ -32,6 +33,11 @@ def run() -> None:
     except KeyboardInterrupt:
         print("layerjam: stopped", file=sys.stderr)
         code = 130
+    except ModuleNotFoundError as error:
+        from layerjam.core.installation import install_command
+
+        print(f"layerjam: {error}; install it: {install_command()}", file=sys.stderr)
+        code = 2
     codes.append(code)
     sys.exit(code)
 

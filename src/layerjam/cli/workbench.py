@@ -43,8 +43,8 @@ def workbench(
     show: Annotated[bool, Help("Open a browser.", option="--show/--no-show")] = True,
 ) -> WorkbenchResult:
     """Open the workbench: all of layerjam on a page of your browser."""
-    missing = MissingExtraError.raise_if_missing("the workbench (nicegui)", "workbench")
-    with missing, _skip_http_clients():
+    missing_extra = MissingExtraError.raise_if_missing("the workbench (nicegui)", "workbench")
+    with missing_extra, _skip_http_clients():
         import nicegui  # noqa: F401
 
         from layerjam.workbench.server import serve

@@ -170,9 +170,13 @@ def _read_size(text: str) -> Size | None:
     """Return the size of a product of units such as "N s/m" or "m^3/(s Pa)"; None if unknown."""
     text = re.sub("[⁻¹²³]+", lambda m: "^" + m[0].translate(_SUPERSCRIPTS), text.replace("·", "*"))
     if (match := re.fullmatch(r"([^()]*/)\s*\(([^()]*)\)", text)) is not None:
-        above = _read_size(match[1].rstrip().removesuffix("/"))
-        below = _read_size(match[2])
-        return None if above is None or below is None else _multiply(above, below, -1)
+        numerator = _read_size(match[1].rstrip().removesuffix("/"))
+        denominator = _read_size(match[2])
+        return (
+            None
+            if numerator is None or denominator is None
+            else _multiply(numerator, denominator, -1)
+        )
     size: Size = Fraction(1), (0,) * 5
     place, sign = 0, 1
     while (part := _PART.match(text, place)) is not None:
@@ -310,14 +314,16 @@ def strip_unit(value: Any, si: str, name: str) -> Any:
     if hasattr(value, "columns") or hasattr(value, "data_vars"):
         kind = type(value).__name__
         raise QuantityError.of(name, f"a {kind} contains several quantities; give one column")
-    if hasattr(value, "magnitude") and hasattr(value, "units"):  # a pint quantity from any registry
+    if hasattr(value, "magnitude") and hasattr(
+        value, "units"
+    ):  # this is a pint quantity, from any registry
         return _convert_object(value, "magnitude", si, name)
-    if hasattr(value, "to_value") and hasattr(value, "unit"):  # an astropy Quantity
+    if hasattr(value, "to_value") and hasattr(value, "unit"):  # this is an astropy Quantity
         return _convert_object(value, "value", si, name)
     if hasattr(value, "dims") and hasattr(value, "copy"):
         data = strip_unit(value.data, si, name)
-        plain = value if data is value.data else value.copy(data=data)
-        return _convert_labelled(plain, "" if plain is not value else si, name)
+        bare_value = value if data is value.data else value.copy(data=data)
+        return _convert_labelled(bare_value, "" if bare_value is not value else si, name)
     if hasattr(value, "attrs"):
         return _convert_labelled(value, si, name)
     unit = getattr(value, "unit", None) or getattr(value, "units", None)

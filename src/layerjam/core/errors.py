@@ -124,13 +124,13 @@ def explain_arguments(target: T) -> T:
     call: Any = target.__init__ if is_class else target  # type: ignore[misc]
 
     @functools.wraps(call)
-    def wrapper(*args: Any, **named: Any) -> Any:
+    def wrapper(*args: Any, **keywords: Any) -> Any:
         try:
-            return call(*args, **named)
+            return call(*args, **keywords)
         except TypeError as error:
             if error.__traceback__ is None or error.__traceback__.tb_next is not None:
                 raise  # the error comes from inside the call
-            words = _explain_call(call, is_class, args, named)
+            words = _explain_call(call, is_class, args, keywords)
             name = target.__name__ if is_class else call.__name__  # type: ignore[attr-defined]
             raise ArgumentError(f"{name}() {words}") from None
 
@@ -232,6 +232,18 @@ class MissingExtraError(LayerjamError, ImportError):
             raise cls(feature, extra) from None
 
 
+class InstallationError(LayerjamError):
+    """A layerjam that was not installed, or whose installation is older than its files."""
+
+    key = "installation"
+
+    def __init__(self, missing: str) -> None:
+        super().__init__(
+            f"{missing} are missing, because this copy of layerjam is not installed or its "
+            f"installation is out of date; install it: {install_command()}"
+        )
+
+
 class CompilerError(LayerjamError):
     """A C compiler that is not installed, or that cannot build the code."""
 
@@ -265,6 +277,3 @@ def short_text(value: object) -> str:
 def count_text(number: int, noun: str) -> str:
     """Return a number with its noun, such as "1 pull" or "3 pulls"."""
     return f"{number} {noun}{'s' * (number != 1)}"
-
-
-abbreviate, count_noun, quantity_of = short_text, count_text, find_error_quantity  # former names

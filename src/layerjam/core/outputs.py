@@ -31,14 +31,14 @@ def number(
     listed: bool = True,
     interval: bool = False,
 ) -> Any:
-    """Return a field for a quantity in SI, an array or a list of them; None means unknown.
+    """Return a field for an SI number, an array or a list; None means unknown.
 
     `shown` formats it if the usual text is unsuitable; a field that is not `listed` is in the JSON
     but not in the table. With an `interval`, it is followed by the fields NAME_low and NAME_high,
     the ends of its 95 % interval; None marks an open end.
     """
     spec = QuantitySpec(unit, text, lo=-math.inf)
-    return _field(spec, text, default, shown, listed, interval=interval)
+    return _make_field(spec, text, default, shown, listed, interval=interval)
 
 
 def fact(
@@ -53,10 +53,10 @@ def fact(
 
     `key` is its key in the JSON, for a key that cannot be the name of a field.
     """
-    return _field(None, text, default, shown, listed, key=key)
+    return _make_field(None, text, default, shown, listed, key=key)
 
 
-def _field(
+def _make_field(
     spec: QuantitySpec | None,
     text: str,
     default: Any,
@@ -118,8 +118,10 @@ def look_up(name: str, records: Iterable[object]) -> Any:
     """Return the value from the first record or mapping with this name; MISSING if none has it."""
     for record in records:
         if isinstance(record, _PrefixedRecords):
-            mine = name.startswith(record.prefix)
-            value = look_up(name.removeprefix(record.prefix), record.records) if mine else MISSING
+            has_prefix = name.startswith(record.prefix)
+            value = (
+                look_up(name.removeprefix(record.prefix), record.records) if has_prefix else MISSING
+            )
         elif isinstance(record, Mapping):
             value = record.get(name, MISSING)
         else:

@@ -4,7 +4,7 @@ import contextlib
 import functools
 import os
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
@@ -16,19 +16,41 @@ R = TypeVar("R")
 
 
 class Appearing:
-    """Whether the whole result of a command has begun to appear; an interrupt is then too late."""
+    """Whether the files of a command have begun to appear; an interrupt is then too late."""
 
     begun = False
+    interrupted = False
+    """Whether an interrupt came before; some libraries drop the exception that it raises."""
+    output_paths: frozenset[Path] = frozenset()
+    """Paths that the user gave to the command."""
+
+    @classmethod
+    def begin(cls) -> None:
+        """Make interrupts too late; raises KeyboardInterrupt if one was lost before."""
+        cls.raise_lost_interrupt()
+        cls.begun = True
+
+    @classmethod
+    def raise_lost_interrupt(cls) -> None:
+        """Raise KeyboardInterrupt if an interrupt came and the command went on."""
+        if cls.interrupted and not cls.begun:
+            raise KeyboardInterrupt
+
+    @classmethod
+    def reset(cls, output_paths: Iterable[Path] = ()) -> None:
+        """Begin a command with the paths that it was given."""
+        cls.begun = cls.interrupted = False
+        cls.output_paths = frozenset(output_paths)
 
 
 def accept_force_option(function: Callable[P, R]) -> Callable[P, R]:
     """Make a function accept `force` as the former name of its parameter `overwrite`."""
 
     @functools.wraps(function)
-    def call(*args: P.args, **named: P.kwargs) -> R:
-        if "force" in named:
-            named["overwrite"] = named.pop("force")
-        return function(*args, **named)
+    def call(*args: P.args, **keywords: P.kwargs) -> R:
+        if "force" in keywords:
+            keywords["overwrite"] = keywords.pop("force")
+        return function(*args, **keywords)
 
     return call
 
@@ -57,6 +79,8 @@ def store_file(
             temporary.write_bytes(content if isinstance(content, bytes) else content.encode())
         else:
             content(temporary)
+        if path in Appearing.output_paths:
+            Appearing.begin()
         os.replace(temporary, path)
     return path
 

@@ -75,7 +75,7 @@ def parse(text: object, si: str, name: str) -> float:
     if factor is None:
         hint = "no unit or %" if si == "1" else f"a unit such as {examples(si)}"
         reason = None if si == "1" else explain_rare_unit(unit)
-        reason = f"{reason}, or" if reason else f"{short_text(text)} is not {_dimension(si)};"
+        reason = f"{reason}, or" if reason else f"{short_text(text)} is not {_name_dimension(si)};"
         raise QuantityError.of(name, f"{reason} give {hint}")
     exact = Fraction(number) * factor
     try:
@@ -100,7 +100,7 @@ def is_traced(value: object) -> bool:
     return isinstance(value, getattr(core, "Tracer", ()))
 
 
-def _dimension(si: str) -> str:
+def _name_dimension(si: str) -> str:
     names = {"m": "length", "Pa": "pressure", "N": "force", "kg": "mass", "s": "time"}
     return "a pure number" if si == "1" else f"in units of {names.get(si, si)}"
 
@@ -119,7 +119,7 @@ def show(value: float | None, si: str, digits: int = 4, like: float | None = Non
     if si == "1":
         return f"{value:.0f}" if value == int(value) and abs(value) < 1e7 else f"{value:.{digits}g}"
     size = abs(value if like is None else like)
-    best, factor = min(_shown_factors(si), key=lambda pair: _awkwardness(size / pair[1]))
+    best, factor = min(_shown_factors(si), key=lambda pair: _decades_outside_range(size / pair[1]))
     number = value / factor
     text = f"{number:.{digits}g}" if not 10**digits <= abs(number) < 1e7 else f"{number:.0f}"
     return f"{text} {best}"
@@ -143,7 +143,7 @@ def show_at_least(value: float, si: str, limit: float = math.inf) -> str:
     return exact_text(value, si)
 
 
-def _awkwardness(number: float) -> float:
+def _decades_outside_range(number: float) -> float:
     """Return the distance of a number from the range 0.1 to 1000, in decades."""
     if number == 0 or 0.1 <= number < 1000:
         return 0.0
@@ -155,8 +155,8 @@ def exact_text(value: float, si: str) -> str:
     """Return the shortest text that `parse` reads as `value`, if possible in a usual unit."""
     if si == "1":
         return repr(value)
-    usual = (*shown_units(si), *("mm/min" for _ in range(si == "m/s")))
-    units = dict.fromkeys((show(value, si).split(" ", 1)[1], *usual, si))
+    usual_units = (*shown_units(si), *("mm/min" for _ in range(si == "m/s")))
+    units = dict.fromkeys((show(value, si).split(" ", 1)[1], *usual_units, si))
     texts = [text for unit in units if (text := _exact_in_unit(value, unit, si))]
     # prefer a usual unit, even if the text is a few characters longer
     return next((t for t in texts if len(t) <= min(map(len, texts)) + 4), f"{value!r} {si}")
@@ -169,9 +169,9 @@ def _exact_in_unit(value: float, unit: str, si: str) -> str | None:
     for digits in range(1, 18):
         text = f"{number:.{digits}g}"
         if float(Fraction(text) * factor) == value:
-            plain = f"{float(text):.12f}".rstrip("0").rstrip(".")
-            same = Fraction(plain) == Fraction(text)
-            return f"{plain if same else text} {unit}"
+            decimal_text = f"{float(text):.12f}".rstrip("0").rstrip(".")
+            is_exact = Fraction(decimal_text) == Fraction(text)
+            return f"{decimal_text if is_exact else text} {unit}"
     return None
 
 
@@ -207,10 +207,15 @@ class QuantitySpec:
         low_ok = value > self.lo if self.open_lo else value >= self.lo
         if not (math.isfinite(value) and low_ok and value <= self.hi):
             reason = f"{show(value, self.unit)} is not allowed; {self.text} must be {self.limits()}"
-            raise QuantityError.of(name, reason)
+            raise QuantityError.of(name, reason + self._suggest_percent(value))
         if self.whole and value != int(value):
             raise QuantityError.of(name, f"{value} is not allowed; {self.text} must be an integer")
         return value
+
+    def _suggest_percent(self, value: float) -> str:
+        """Return how to write a number that was meant in percent, or an empty text."""
+        is_meant = self.example.endswith("%") and self.lo <= value / 100 <= self.hi < value
+        return f"; write {show(value, '1')}% or {show(value / 100, '1')}" if is_meant else ""
 
     def read(self, text: object, name: str) -> Any:
         """Return the SI value of text with a unit, or of a pure number, within the bounds."""

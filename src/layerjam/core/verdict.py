@@ -189,8 +189,8 @@ class Verdict:
         if not self.decisions:
             return self.numbers if self.files >= (entry.files or FEWEST) else ()
         name = _own_name(entry.check)
-        same = (new.numbers for new in self.decisions if _own_name(new.check) == name)
-        return tuple(path for numbers in same for path in numbers)
+        same_name_numbers = (new.numbers for new in self.decisions if _own_name(new.check) == name)
+        return tuple(path for numbers in same_name_numbers for path in numbers)
 
     def notices(self) -> list[Notice]:
         """Return one line for each accepted check."""

@@ -159,8 +159,8 @@ def _unit_and_bounds(v: Variable) -> str:
         display = UNITS[v.unit][1]
         text += f' unit="{v.unit}"' + (f' displayUnit="{display[0]}"' if display else "")
     if v.least is not None and v.most is not None:
-        least = min(0.0, v.least) if v.optional else v.least
-        text += f' min="{float(least)!r}" max="{float(v.most)!r}"'
+        lower_bound = min(0.0, v.least) if v.optional else v.least
+        text += f' min="{float(lower_bound)!r}" max="{float(v.most)!r}"'
     return text
 
 

@@ -1,13 +1,13 @@
 """A brake as one self-contained page: its numbers with sources, and a part that computes."""
 
 from layerjam._version import __version__
-from layerjam.brake.commands.edit import BRAKE_FIELDS
+from layerjam.brake.commands.edit import list_numbers
 from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.evidence import RANGES
 from layerjam.brake.figures.live_page import make_live
 from layerjam.core.drawing.page import Page, Part, Table, Word, to_html
 from layerjam.core.errors import count_text
-from layerjam.core.units import get, show
-from layerjam.workshop.commands.show import BrakeSummary
+from layerjam.core.units import show
 from layerjam.workshop.commands.show import show as show_brake
 
 LIMITS = (
@@ -19,6 +19,14 @@ LIMITS = (
     "A safe vacuum allows for errors of mass, speed and vacuum by the stated margin. Friction that "
     "is lower by the same percentage has the effect of such an error of the vacuum.",
 )
+NUMBERS = {
+    "max force": "maximum force of a pull",
+    "holding force": "holding force at rest",
+    "energy capacity": "energy of its travel",
+    "usable travel": "usable travel",
+    "mass": "mass of the brake",
+}
+"""{row of `show`: text below the number}."""
 
 
 def make_html(file: BrakeFile, rope_stiffness: float | None = None) -> str:
@@ -28,24 +36,29 @@ def make_html(file: BrakeFile, rope_stiffness: float | None = None) -> str:
     MissingExtraError if jinja2 is not installed, CompilerError as `make_live`.
     """
     summary, live = show_brake(file), make_live(file, rope_stiffness)
+    rows = dict(summary.rows())
     rope = "without a rope"
     if rope_stiffness is not None:
         rope = f"with a rope of {show(rope_stiffness, 'N/m')} in series"
-    limits = [text.format(rope=rope) for text in LIMITS if live.script]
+    full, (force, *_) = show(file.brake.site.atmosphere, "Pa"), rows["max force"].split(" (")
+    verdict = file.verdict or "the brake file stores no check"
+    if file.accepted:
+        verdict += f", {count_text(len(file.accepted), 'failed check')}"
     page = Page(
         title=file.title or file.name,
-        lead=_make_lead(file, summary),
-        key=_describe_basis(file),
+        lead=f"A brake of {file.brake.sheets.count} sheets in an airtight enclosure. At full "
+        f"vacuum, {full}, friction between the sheets resists a pull of up to {force}. Without "
+        "vacuum they slide freely.",
+        key=f"Verdict: {verdict}. Basis: {rows['basis']}. Forces and energy at full vacuum.",
         banner=[str(entry.notice()) for entry in file.accepted],
-        numbers=[
-            (show(summary.max_force, "N"), "maximum force of a pull"),
-            (show(summary.holding_force, "N"), "holding force at rest"),
-            (show(summary.energy_capacity, "J"), "energy of its travel"),
-            (show(summary.usable_travel, "m"), "usable travel"),
-            (show(summary.mass, "kg"), "mass of the brake"),
-        ],
+        numbers=[_split_note(rows[name], words) for name, words in NUMBERS.items()],
         parts=[
-            Part(id="about", title="About this page", text=limits, notes=summary.warnings),
+            Part(
+                id="about",
+                title="About this page",
+                text=[text.format(rope=rope) for text in LIMITS if live.script] + _list_tests(file),
+                notes=summary.warnings,
+            ),
             Part(id="sources", title="Numbers and their sources", tables=[_sources_table(file)]),
         ],
         footer=f"{file.name}, written by layerjam {__version__}",
@@ -53,33 +66,29 @@ def make_html(file: BrakeFile, rope_stiffness: float | None = None) -> str:
     return to_html(page.template_data(), {}, live)
 
 
-def _make_lead(file: BrakeFile, summary: BrakeSummary) -> str:
-    full, force = show(file.brake.site.atmosphere, "Pa"), show(summary.max_force, "N")
-    return (
-        f"A brake of {file.brake.sheets.count} sheets in an airtight enclosure. At full vacuum, "
-        f"{full}, friction between the sheets resists a pull of up to {force}. Without vacuum they "
-        "slide freely."
-    )
+def _list_tests(file: BrakeFile) -> list[str]:
+    """Return a sentence on the conditions of the brake's tests, if there are any."""
+    fit = file.valid_evidence("calibrate")
+    spans = [
+        f"{name} {show(low, RANGES[name].unit)} to {show(high, RANGES[name].unit)}"
+        for name, (low, high) in (fit.ranges.items() if fit else ())
+    ]
+    return [f"Tests of this brake cover {'; '.join(spans)}."] if spans else []
 
 
-def _describe_basis(file: BrakeFile) -> str:
-    """Return the verdict on the brake's numbers, and their basis."""
-    verdict = file.verdict or "the brake file stores no check"
-    if file.accepted:
-        verdict += f", {count_text(len(file.accepted), 'failed check')}"
-    basis = "handbook values, not calibrated"
-    if file.is_calibrated:
-        source, factor = file.sources["scale_factor"], file.brake.scale_factor
-        basis = f"calibrated with a scale factor of {factor:.4g} ({source.kind}: {source.text})"
-    return f"Verdict: {verdict}. Basis: {basis}. Forces and energy at full vacuum."
+def _split_note(text: str, words: str) -> tuple[str, str]:
+    """Return a number, and its words with the notes in brackets behind the number."""
+    value, *notes = text.replace(")", "").split(" (")
+    return value, "\n".join([words, *notes])
 
 
 def _sources_table(file: BrakeFile) -> Table:
-    rows = []
-    for path, (spec, _) in BRAKE_FIELDS.items():
-        value, source = get(file.brake, path), file.sources.get(path)
-        if value is not None:
-            sentence = "default" if source is None else source.sentence()
-            name = Word(f"{spec.text} ({path})", "words")
-            rows.append([name, show(value, spec.unit, 6), Word(sentence, "source")])
+    rows = [
+        (
+            Word(f"{spec.text} ({path})", "words"),
+            show(value, spec.unit, 6),
+            Word("default" if source is None else source.sentence(), "source"),
+        )
+        for path, spec, value, source in list_numbers(file)
+    ]
     return Table(id="numbers", head=["number", "value", "source"], rows=rows)

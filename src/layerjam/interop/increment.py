@@ -41,15 +41,12 @@ def make_motion(dtype: Any = jnp.float64) -> Motion:
 
     If JAX works in single precision, float64 yields float32 leaves, as in all of JAX.
     """
-    zero, no = jnp.zeros((), dtype), jnp.array(False)
+    zero, false = jnp.zeros((), dtype), jnp.array(False)
     memory = jax.tree.map(
         lambda leaf: leaf.astype(dtype) if jnp.issubdtype(leaf.dtype, jnp.floating) else leaf,
         new_memory(),
     )
-    return Motion(State(memory, zero, zero, zero, zero, zero, no, no), no)
-
-
-at_start = make_motion  # former name
+    return Motion(State(memory, zero, zero, zero, zero, zero, false, false), false)
 
 
 def move_state(
@@ -64,19 +61,19 @@ def move_state(
     brake = state.brake
     vacuum = jnp.where((vacuum >= 0) & jnp.isfinite(vacuum), vacuum, brake.vacuum)
     spring = numbers.stiffness / (1 + numbers.stiffness * compliance)
-    soft = _make_setting(state, vacuum, spring, numbers)
-    stiff = soft._replace(k=numbers.stiffness)
+    setting = _make_setting(state, vacuum, spring, numbers)
+    stiff = setting._replace(k=numbers.stiffness)
     brake_now = jax.lax.cond(
         vacuum == brake.vacuum,
         lambda s: s,
         lambda s: _cast(change_vacuum(s, vacuum, stiff), s),
         brake,
     )
-    result, parts = _slide(brake_now, elongation, soft, state.separated)
+    result, parts = _slide(brake_now, elongation, setting, state.separated)
     result = result._replace(elongation=elongation - compliance * result.force)
-    fine = jnp.isfinite(elongation)
+    is_finite = jnp.isfinite(elongation)
     return jax.tree.map(
-        lambda new, old: jnp.where(fine, new, old), _cast(Motion(result, parts), state), state
+        lambda new, old: jnp.where(is_finite, new, old), _cast(Motion(result, parts), state), state
     )
 
 
@@ -97,18 +94,20 @@ def _slide(state: State, elongation: Any, law: Setting, was_separated: Any) -> t
     first = _cast(move(state, elongation, law), state)
     parts = (first.enclosure.slip >= law.overlap) & ~was_separated
 
-    left = jnp.maximum(law.overlap - state.enclosure.slip, 0.0)
-    heat = law.c * left**2 / 2  # up to the end of the overlap; beyond it only the enclosure acts
+    overlap_left = jnp.maximum(law.overlap - state.enclosure.slip, 0.0)
+    heat = (
+        law.c * overlap_left**2 / 2
+    )  # up to the end of the overlap; beyond it only the enclosure acts
 
     def with_enclosure() -> State:
         free = move(state, elongation, law._replace(c=0.0 * law.c))
         return _cast(free._replace(heat=free.heat + heat, work=free.work + heat), state)
 
     result = jax.lax.cond(parts, with_enclosure, lambda: first)
-    still = result.enclosure.slip == state.enclosure.slip
+    is_at_rest = result.enclosure.slip == state.enclosure.slip
     # a move without slip leaves no turning point, because rounding is not a reversal
     memory = jax.tree.map(
-        lambda new, old: jnp.where(still, old, new), result.enclosure, state.enclosure
+        lambda new, old: jnp.where(is_at_rest, old, new), result.enclosure, state.enclosure
     )
     return result._replace(enclosure=memory), was_separated | parts
 

@@ -87,7 +87,7 @@ def _check_model(model: Any) -> None:
             name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_ACTUATOR, i) or i
             raise QuantityError.of(
                 f"actuator '{name}'",
-                "MJX treats a plugin as a motor with its control as the force; omit it",
+                "MJX would treat this plugin as a motor whose control is the force; omit it",
             )
     for i in range(model.ntendon):
         if model.tendon_springyield[i] != 0:
@@ -102,11 +102,11 @@ def start(brake: TendonBrake, dtype: Any = None) -> Motion:
 
     Raises QuantityError for float64 if JAX works in single precision.
     """
-    wide = jnp.result_type(float) == jnp.float64
-    dtype = jnp.dtype(dtype or (jnp.float64 if wide else jnp.float32))
+    has_float64 = jnp.result_type(float) == jnp.float64
+    dtype = jnp.dtype(dtype or (jnp.float64 if has_float64 else jnp.float32))
     if dtype not in (jnp.float32, jnp.float64):
         raise QuantityError.of("dtype", f"{dtype} is not allowed; use float32 or float64")
-    if dtype == jnp.float64 and not wide:
+    if dtype == jnp.float64 and not has_float64:
         raise QuantityError.of(
             "dtype", 'float64 needs jax.config.update("jax_enable_x64", True) first'
         )

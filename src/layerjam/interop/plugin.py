@@ -33,7 +33,7 @@ def plugin() -> Path:
         raise CompilerError(f"MuJoCo's library was not found next to its headers, in {home}")
     headers = Path(mujoco.HEADERS_DIR)
     return build_library(
-        [SOURCE],  # it includes the kernel
+        [SOURCE],  # the plugin's source includes the kernel
         includes=[SOURCES, headers.parent, headers],
         libraries=[str(engine[0])],
     )

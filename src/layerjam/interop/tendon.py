@@ -49,9 +49,9 @@ def check_integrator(model: Any) -> None:
     import mujoco
 
     kinds = mujoco.mjtIntegrator
-    fine = {kinds.mjINT_EULER, kinds.mjINT_IMPLICIT, kinds.mjINT_IMPLICITFAST}
+    integrators = {kinds.mjINT_EULER, kinds.mjINT_IMPLICIT, kinds.mjINT_IMPLICITFAST}
     kind = kinds(model.opt.integrator)
-    if kind not in fine:
+    if kind not in integrators:
         name = kind.name.removeprefix("mjINT_").lower()
         raise QuantityError.of(
             "integrator",
@@ -61,15 +61,15 @@ def check_integrator(model: Any) -> None:
         )
 
 
-def _check_tendon(model: Any, index: int, label: str, due: float) -> None:
+def _check_tendon(model: Any, index: int, label: str, series: float) -> None:
     """Raise QuantityError for a tendon that cannot carry the brake."""
     stiffness = float(model.tendon_stiffness[index])
     if stiffness == 0:
-        reason = f'without stiffness it carries no load; write stiffness="{due!r}"'
+        reason = f'without stiffness it carries no load; write stiffness="{series!r}"'
         raise QuantityError.of(label, reason)
-    if abs(stiffness - due) > SAME * due:
-        reason = f"its stiffness is {stiffness:g} N/m, but brake and rope have {due:.9g} N/m; "
-        raise QuantityError.of(label, reason + f'write stiffness="{due!r}"')
+    if abs(stiffness - series) > SAME * series:
+        reason = f"its stiffness is {stiffness:g} N/m, but brake and rope have {series:.9g} N/m; "
+        raise QuantityError.of(label, reason + f'write stiffness="{series!r}"')
     if model.tendon_frictionloss[index] != 0:
         raise QuantityError.of(
             label, "frictionloss would add a second resistance, and creep; omit it"

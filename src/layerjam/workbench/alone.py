@@ -27,7 +27,7 @@ ENGINE = (
 """JAX settings that the subprocess inherits."""
 
 
-def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
+def run_in_subprocess(work: Callable[..., T], *args: Any, progress: Tell) -> T:
     """Return `work(*args, tell)`, computed in a separate process.
 
     `tell(what, share)` is called in this process repeatedly; an error that it raises ends the
@@ -36,13 +36,13 @@ def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
     # not forked, because a fork of a process with threads can deadlock
     context = multiprocessing.get_context("spawn")
     receiver, sender = context.Pipe(duplex=False)
-    with receiver, tempfile.TemporaryDirectory(prefix="layerjam-") as room:
-        job = (sender, room, _subprocess_settings(), work, args)
+    with receiver, tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
+        job = (sender, folder, _subprocess_settings(), work, args)
         process = context.Process(target=_run_subprocess, args=job, daemon=True)
         process.start()
         sender.close()
         try:
-            answer: T = _receive_result(receiver, tell)
+            answer: T = _receive_result(receiver, progress)
             return answer
         except EOFError:
             process.join()
@@ -61,18 +61,18 @@ def _subprocess_settings() -> dict[str, Any]:
     return {} if config is None else {name: getattr(config, name) for name in ENGINE}
 
 
-def _receive_result(pipe: Connection, tell: Tell) -> Any:
+def _receive_result(pipe: Connection, progress: Tell) -> Any:
     doing = ("", 0.0)
     while True:
         while not pipe.poll(LOOK):
-            tell(*doing)
+            progress(*doing)
         kind, content = pipe.recv()
         if kind == "made":
             return content
         if kind == "failed":
             raise _rebuild_error(*content)
         doing = content
-        tell(*doing)
+        progress(*doing)
 
 
 def _rebuild_error(

@@ -81,8 +81,8 @@ class Call:
     def data(self) -> tuple[DataFile, ...]:
         """Return all measured files."""
         tuples = [v for v in (*self.options.values(), self.files) if isinstance(v, tuple)]
-        single = [v for v in self.options.values() if isinstance(v, DataFile)]
-        return (*single, *(f for group in tuples for f in group if isinstance(f, DataFile)))
+        single_files = [v for v in self.options.values() if isinstance(v, DataFile)]
+        return (*single_files, *(f for group in tuples for f in group if isinstance(f, DataFile)))
 
     @property
     def names(self) -> dict[str, str]:
@@ -186,13 +186,17 @@ def python_blocks(
     """
     names = [load_command(call.name).name for call in calls]
     every = [*calls, *pinned_calls.values()]
-    parts, left = [f"{_file_note(every)}import layerjam as lj\n"], dict(pinned_calls)
+    parts, pending_calls = [f"{_file_note(every)}import layerjam as lj\n"], dict(pinned_calls)
     for place, call in enumerate(calls):
         lone = names.count(names[place]) == 1
         file = names[place] if lone else f"{names[place]}-{names[: place + 1].count(names[place])}"
         takes = load_command(call.name).result.can_overlay
-        pins = {label: pin for label, pin in left.items() if takes(load_command(pin.name).result)}
-        left = {label: pin for label, pin in left.items() if label not in pins}
+        pins = {
+            label: pin
+            for label, pin in pending_calls.items()
+            if takes(load_command(pin.name).result)
+        }
+        pending_calls = {label: pin for label, pin in pending_calls.items() if label not in pins}
         parts.append(call._python_block(file, pins, display))
     return parts
 

@@ -44,14 +44,14 @@ def without_intervals(result: Any) -> Any:
 
 
 def interval_text(
-    source: Any, key: str, unit: str, like: float | None = None, digits: int = DIGITS
+    source: Any, key: str, unit: str, reference: float | None = None, digits: int = DIGITS
 ) -> str:
     """Return such as "95 %: 81.4 N to 98.9 N" for a number of a result, or an empty text.
 
-    The unit suits `like`, which is the number itself.
+    The unit suits `reference`, which is the number itself.
     """
     ends = find_interval(source, key)
-    return "" if ends is None else format_ends((ends["low"], ends["high"]), unit, like, digits)
+    return "" if ends is None else format_ends((ends["low"], ends["high"]), unit, reference, digits)
 
 
 def interval_meaning(source: Any, key: str) -> str:

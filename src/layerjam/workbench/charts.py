@@ -50,9 +50,9 @@ def thin_points(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]
 
 def _round_values(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Round finite values to six digits, to send fewer bytes to the browser."""
-    fine = np.isfinite(values) & (values != 0)
-    scale = 10 ** np.clip(5 - np.floor(np.log10(np.abs(np.where(fine, values, 1.0)))), 0, 300)
-    return np.where(fine, np.round(values * scale) / scale, values)
+    is_rounded = np.isfinite(values) & (values != 0)
+    scale = 10 ** np.clip(5 - np.floor(np.log10(np.abs(np.where(is_rounded, values, 1.0)))), 0, 300)
+    return np.where(is_rounded, np.round(values * scale) / scale, values)
 
 
 def chart_options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:
@@ -67,10 +67,10 @@ def chart_options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:
         place = dict(top=24, bottom=48) if lone else dict(top=f"{top:.2f}%", height=f"{high:.2f}%")
         chart["grid"].append({**dict(left=62, right=right), **place})
         top += high + 4.0
-        chart["xAxis"].append({**_axis(pane.x, pane.x_range, 28, dark), "gridIndex": i})
+        chart["xAxis"].append({**_make_axis(pane.x, pane.x_range, 28, dark), "gridIndex": i})
         if pane is not panes[-1]:
             chart["xAxis"][i] |= {"name": "", "axisLabel": {"show": False}}
-        chart["yAxis"].append({**_axis(pane.y, pane.y_range, 44, dark), "gridIndex": i})
+        chart["yAxis"].append({**_make_axis(pane.y, pane.y_range, 44, dark), "gridIndex": i})
         if high < LOW:
             chart["yAxis"][i]["splitNumber"] = 3
         firsts.append(len(chart["series"]))
@@ -113,10 +113,10 @@ def _separate_end_labels(pane: Pane, series: Sequence[dict[str, Any]], pixels: f
     lines = zip((curve.end[1] for curve in pane.lines), series, strict=True)
     ends = [(y, item["endLabel"]) for y, item in lines if item["endLabel"]["show"] and y == y]
     low, high = pane.y_range[0] or 0.0, pane.y_range[1] or max((y for y, _ in ends), default=1.0)
-    above, scale = math.inf, pixels / (high - low or 1.0)
+    upper_limit, scale = math.inf, pixels / (high - low or 1.0)
     for y, label in sorted(ends, key=lambda end: -end[0]):
-        above = min(y * scale, above - LINE)
-        label["offset"] = [0, y * scale - above]
+        upper_limit = min(y * scale, upper_limit - LINE)
+        label["offset"] = [0, y * scale - upper_limit]
 
 
 def round_up(value: float) -> float:
@@ -147,7 +147,7 @@ def _span_area(start: float, end: float, color: str) -> list[dict[str, Any]]:
     return [dict(xAxis=start, itemStyle=ground), {"xAxis": end}]
 
 
-def _axis(name: str, limits: Ends, gap: int, dark: bool) -> dict[str, Any]:
+def _make_axis(name: str, limits: Ends, gap: int, dark: bool) -> dict[str, Any]:
     ink = text_colour(dark)
     ends = zip(("showMinLabel", "showMaxLabel"), limits, strict=True)
     return {
@@ -193,8 +193,10 @@ def band_series(low: Curve, high: Curve) -> dict[str, Any]:
     ECharts stacks areas only on a category axis. For a line that returns to its start, the area is
     the part it encloses.
     """
-    fine = np.isfinite(np.asarray(low.y, float)) & np.isfinite(np.asarray(high.y, float))
-    edges = [thin_points(np.asarray(c.x)[fine], np.asarray(c.y)[fine]) for c in (high, low)]
+    is_finite = np.isfinite(np.asarray(low.y, float)) & np.isfinite(np.asarray(high.y, float))
+    edges = [
+        thin_points(np.asarray(c.x)[is_finite], np.asarray(c.y)[is_finite]) for c in (high, low)
+    ]
     return {
         **dict(type="line", name="", data=[*edges[0], *reversed(edges[1])]),
         **dict(showSymbol=False, silent=True, z=1, color=high.color),
@@ -246,5 +248,5 @@ def _end_label(curve: Curve) -> str:
     """Return the label at a curve's end: its name, shortened if it is long, and its note."""
     if len(curve.name) <= LETTERS:
         return f"{{a}}, {curve.note}" if curve.note else "{a}"
-    plain = curve.name.replace("{", "(").replace("}", ")")  # braces are markup in ECharts
-    return f"{plain[: LETTERS - 11]}…{plain[-10:]}"
+    name = curve.name.replace("{", "(").replace("}", ")")  # braces are markup in ECharts
+    return f"{name[: LETTERS - 11]}…{name[-10:]}"

@@ -62,9 +62,9 @@ class ColumnTable:
             text = f"{name} [{unit}]" if unit else name
             head = button(text, None, f"column-{index}", look=f"{FLAT} icon-right=expand_more")
             sign_note = ", sign reversed" if role in self.negative else ""
-            means = f"{role} in {unit_used}{sign_note}" if role else "not used"
-            ui.label(means).classes("text-xs " + ("yes font-medium" if role else "opacity-80"))
-            dress(head, aria_label=f"{text}: {means}. What is this column?")
+            meaning = f"{role} in {unit_used}{sign_note}" if role else "not used"
+            ui.label(meaning).classes("text-xs " + ("yes font-medium" if role else "opacity-80"))
+            dress(head, aria_label=f"{text}: {meaning}. What is this column?")
             with head:
                 menu = ui.menu().props("auto-close no-parent-event")
             head.on_click(partial(self._fill_menu, menu, index, role))

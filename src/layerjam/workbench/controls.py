@@ -194,7 +194,7 @@ class Slider:
 
     def _show_refusal(self, problem: str, nearest_value: float | None = None) -> None:
         """Show an error below the field, with a button that sets the nearest allowed value."""
-        # the press on that button leaves the field; a new button would not notice the release
+        # pressing that button blurs the field; a new button would miss the release
         if self._refusal == (problem, nearest_value):
             return
         self._refusal = (problem, nearest_value)
@@ -251,8 +251,8 @@ class Slider:
 
 def number_field(label: str, width: str) -> Field:
     """Return a right-aligned field for a number."""
-    look = "dense outlined hide-bottom-space"
-    return dress(Field(), "", width, look, aria_label=label, input_class="text-right")
+    props = "dense outlined hide-bottom-space"
+    return dress(Field(), "", width, props, aria_label=label, input_class="text-right")
 
 
 def on_submit(field: ui.input, act: Callable[[], None]) -> None:
@@ -276,16 +276,16 @@ def add_choice(desk: Desk, page: str, item: Choice) -> None:
     with ui.row().classes("w-full items-center justify-between"):
         ui.label(item.name).classes("text-sm").tooltip(page_text(item.help or item.name))
         toggle = ui.toggle(dict(item.words), value=read_word(desk, page, item))
-        look = "dense no-caps unelevated"
-        dress(toggle, f"{page}-{item.key}", "toggle", look, role="group", aria_label=item.name)
+        props = "dense no-caps unelevated"
+        dress(toggle, f"{page}-{item.key}", "toggle", props, role="group", aria_label=item.name)
     _bind_box(desk, page, item, toggle)
 
 
 def add_tabs(desk: Desk, page: str, item: Choice) -> None:
     """Show the parts of a page as tabs below its heading."""
     toggle = ui.toggle(dict(item.words), value=read_word(desk, page, item))
-    look = "dense no-caps flat"
-    dress(toggle, f"{page}-{item.key}", "page-tabs", look, role="group", aria_label=item.help)
+    props = "dense no-caps flat"
+    dress(toggle, f"{page}-{item.key}", "page-tabs", props, role="group", aria_label=item.help)
     _bind_box(desk, page, item, toggle)
 
 

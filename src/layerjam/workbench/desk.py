@@ -97,12 +97,12 @@ class Desk:
         if self.state.find_setting(page, key) == value:
             return
         time_now = time.monotonic()
-        same = self._moved == (page, key) and time_now - self._when < PAUSE and not single
+        is_same_drag = self._moved == (page, key) and time_now - self._when < PAUSE and not single
         self._moved, self._when = (page, key), time_now
         self._set_state(
             self.state.put_setting(page, key, value),
             "moved" if follow else "settings",
-            keep=not same,
+            keep=not is_same_drag,
         )
 
     def put_settings(self, page: str, settings: Mapping[str, Value]) -> None:
@@ -118,14 +118,14 @@ class Desk:
 
         Raises LayerjamError, without any change, if its brake or line cannot be read.
         """
-        before = self.state
-        self.state = replace(state, page=before.page)
+        old_state = self.state
+        self.state = replace(state, page=old_state.page)
         try:
             self._load_records()
         except LayerjamError:
-            self.state = before
+            self.state = old_state
             raise
-        new_state, self.state = self.state, before
+        new_state, self.state = self.state, old_state
         self._set_state(new_state, "undo")
 
     def put_pins(self, pins: tuple[Pin, ...]) -> None:
@@ -242,9 +242,9 @@ def move_files(client: Connection, desk: Desk) -> None:
     tab = client.tab_id
     if tab is None:
         return
-    left, before = _desks.get(tab, (client, desk))
+    former_client, before = _desks.get(tab, (client, desk))
     _desks[tab] = (client, desk)
-    if before is not desk and left.tab_id is None and not left.is_deleted:
+    if before is not desk and former_client.tab_id is None and not former_client.is_deleted:
         desk.take_over_files(before)
 
 

@@ -103,8 +103,8 @@ class Space(ui.scene):
             finally:
                 calls, self._batched_calls = self._batched_calls, None
         if calls:
-            before = _waiting.get(self.client, {}).get("spaces", {}).get(self.id, [])
-            _queue_change(self, "spaces", [*before, *calls])
+            old_lines = _waiting.get(self.client, {}).get("spaces", {}).get(self.id, [])
+            _queue_change(self, "spaces", [*old_lines, *calls])
 
     def describe_scene(self, words: str) -> None:
         """Set the description for screen readers."""
@@ -153,8 +153,8 @@ def draw_chart(chart: ui.echart, options: dict[str, Any]) -> None:
     # NiceGUI's own method would wrap every number for change tracking and send it at once
     dict.__setitem__(chart.props, "options", options)
     changes = {key: value for key, value in options.items() if old.get(key) != value}
-    alike = old.keys() == options.keys() and "tooltip" not in changes
-    if alike and len(old["series"]) == len(options["series"]):
+    has_same_parts = old.keys() == options.keys() and "tooltip" not in changes
+    if has_same_parts and len(old["series"]) == len(options["series"]):
         _queue_change(chart, "charts", changes)
     else:
         chart.update()

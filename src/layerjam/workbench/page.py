@@ -5,7 +5,7 @@ import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from nicegui import Client, background_tasks, run, ui
+from nicegui import Client, app, background_tasks, run, ui
 
 from layerjam.core.command.declare import load_command
 from layerjam.core.command.predicted import PredictionResult
@@ -184,7 +184,8 @@ class Page(View):
             self.refresh()
 
     def _show(self, result: Any, problem: str) -> None:
-        if self.client is None or self.client.is_deleted:  # the tab was closed in the meantime
+        # the tab was closed in the meantime, or the program ends
+        if self.client is None or self.client.is_deleted or app.is_stopping:
             return
         refusals = [] if problem else [(a.quantity, a.refusal) for a in collect_answers(result)]
         self._show_problems([*refusals, (find_error_quantity(self.runner.error), problem)])
@@ -243,11 +244,11 @@ class Figures:
             if is_predicted:
                 self._basis = live.Table().classes("basis-box")
 
-    def fill(self, result: Any, but: Sequence[str] = ()) -> None:
-        """Show the numbers of a result with their units, except `but`, which do not apply."""
+    def fill(self, result: Any, skip_keys: Sequence[str] = ()) -> None:
+        """Show the numbers of a result with their units, except `skip_keys`, which do not apply."""
         values, units = result.values, result.units
         for key, cell in self._cells.items():
-            value, unit = None if key in but else values.get(key), units.get(key, "1")
+            value, unit = None if key in skip_keys else values.get(key), units.get(key, "1")
             cell.set_text("–" if value is None else format_words(value, unit))
             if key in self._intervals:
                 text = "" if value is None else interval_text(result, key, unit, value, digits=4)

@@ -15,7 +15,7 @@ from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import chart_options
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pins import make_call, make_pin, make_pin_labels, put_pin, toggle_file_pin
+from layerjam.workbench.pins import add_pin, make_call, make_pin, make_pin_labels, toggle_file_pin
 from layerjam.workbench.state import MEASURED, Pin
 from layerjam.workbench.widgets import Alert, button, chart, dress, one_line
 
@@ -98,8 +98,10 @@ class Panel:
                 with ui.row().classes("items-center gap-0 no-wrap"):
                     ui.label(label).classes("text-sm")
                     act, look = partial(self.remove_pin, pin), "flat round dense size=sm"
-                    close = button("", act, f"{self._ident}-unpin-{place}", "close", look=look)
-                    dress(close, aria_label=f"Unpin {label}")
+                    unpin_button = button(
+                        "", act, f"{self._ident}-unpin-{place}", "close", look=look
+                    )
+                    dress(unpin_button, aria_label=f"Unpin {label}")
 
     # ---- pins
 
@@ -137,7 +139,7 @@ class Panel:
         if self.shown is None:
             raise QuantityError("pin: no curve is shown")
         pin = make_pin(self._page, self.shown.call)
-        put_pin(self._desk, replace(pin, options={**pin.options, **extra}))
+        add_pin(self._desk, replace(pin, options={**pin.options, **extra}))
 
     def pin_file(self, key: str) -> None:
         """Pin a dropped file's curve, or unpin it."""

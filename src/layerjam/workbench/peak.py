@@ -82,7 +82,7 @@ class PeakSetting:
             self.field.error = one_line(err)
             return
         self.field.error = None
-        self.request_peak(force, done=True)
+        self.request_peak(force, is_final=True)
 
     def _on_drag(self, event: Any) -> None:
         force, is_done = event.args.get("force"), bool(event.args.get("done"))
@@ -90,12 +90,12 @@ class PeakSetting:
             # round to the digits shown on the page
             self.request_peak(float(f"{force:.4g}"), is_done)
 
-    def request_peak(self, force: float, done: bool) -> None:
+    def request_peak(self, force: float, is_final: bool) -> None:
         """Adjust the selected quantity to reach a peak force [N].
 
         The latest request wins; the number of sheets changes only when the marker is released.
         """
-        if read_word(self._desk, self._page, FOLLOWS) == "sheets" and not done:
+        if read_word(self._desk, self._page, FOLLOWS) == "sheets" and not is_final:
             return
         self._asked = force
         if not self._seeking:

@@ -26,14 +26,16 @@ def make_pin(page: str, call: Call) -> Pin:
 
     Raises QuantityError for a call with a dropped file, because that file stays on this machine.
     """
-    plain = {k: v for k, v in call.options.items() if isinstance(v, str | bool | int | float)}
-    files = call.options.keys() - plain.keys()
+    simple_options = {
+        k: v for k, v in call.options.items() if isinstance(v, str | bool | int | float)
+    }
+    files = call.options.keys() - simple_options.keys()
     if files or call.files:
         names = ", ".join(sorted(files)) or "a file"
         raise QuantityError(
             f"pin: {names} comes from a file you dropped, which a link cannot contain"
         )
-    return Pin(page, call.name, call.subjects[0].text, plain)
+    return Pin(page, call.name, call.subjects[0].text, simple_options)
 
 
 def make_call(pin: Pin) -> Call:
@@ -73,17 +75,17 @@ def make_pin_labels(calls: Sequence[Call], current: Call) -> list[str]:
 def _describe_difference(call: Call, from_these: Sequence[Call]) -> str:
     """Return, as text, the brake or line and the options in which a call differs from others."""
     name, words = call.subjects[0].name.removesuffix(".toml"), []
-    if any(theirs.subjects != call.subjects for theirs in from_these):
+    if any(peer.subjects != call.subjects for peer in from_these):
         words.append(name)
     for key in dict.fromkeys(k for c in (call, *from_these) for k in c.options):
         value = call.options.get(key)
-        if any(theirs.options.get(key) != value for theirs in from_these):
+        if any(peer.options.get(key) != value for peer in from_these):
             text = key.replace("_", " ")
             words.append(text if value is True else f"no {text}" if value is None else str(value))
     return ", ".join(words)
 
 
-def put_pin(desk: Desk, pin: Pin) -> None:
+def add_pin(desk: Desk, pin: Pin) -> None:
     """Add a pin unless it exists; raises QuantityError if the page has the maximum number."""
     pins = desk.state.pins
     if pin in pins:
@@ -99,4 +101,4 @@ def toggle_file_pin(desk: Desk, key: str) -> None:
     if file_pin in desk.state.pins:
         desk.put_pins(tuple(pin for pin in desk.state.pins if pin != file_pin))
     else:
-        put_pin(desk, file_pin)
+        add_pin(desk, file_pin)

@@ -90,8 +90,8 @@ class Proposal:
 
     def missing_entry(self, role: str, facts: Mapping[str, str]) -> str:
         """Return the metadata entry that a use requires but lacks; empty if none is missing."""
-        due = NEEDED.get(role, "")
-        return due if due and not facts.get(due) else ""
+        needed_fact = NEEDED.get(role, "")
+        return needed_fact if needed_fact and not facts.get(needed_fact) else ""
 
 
 def parse_file_name(name: str) -> dict[str, SourcedValue]:
@@ -117,7 +117,9 @@ def parse_file_name(name: str) -> dict[str, SourcedValue]:
 
 def _find_quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
     """Yield (key, text, spelling in the name) of each quantity in a name."""
-    pressures = {(_decimal(m[1]), _UNITS[m[2].lower()]): m for m in _PRESSURE.finditer(stem)}
+    pressures = {
+        (_to_decimal_point(m[1]), _UNITS[m[2].lower()]): m for m in _PRESSURE.finditer(stem)
+    }
     if len(pressures) == 1 and not friction:
         (((number, unit), match),) = pressures.items()
         if not match[3]:  # an absolute pressure is not a vacuum
@@ -125,17 +127,21 @@ def _find_quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]
     forces = list(_FORCE.finditer(stem))
     weights = list(_WEIGHT.finditer(stem))
     if friction and len(forces) == 1:
-        yield "normal_force", f"{_decimal(forces[0][1])} {forces[0][2]}", forces[0][0]
+        yield "normal_force", f"{_to_decimal_point(forces[0][1])} {forces[0][2]}", forces[0][0]
     elif friction and not forces and len(weights) == 1:
         unit = {"g": "gf", "kg": "kgf"}[weights[0][2]]
-        yield ("normal_force", f"{_decimal(weights[0][1])} {unit}", f"{weights[0][0]}, its weight")
+        yield (
+            "normal_force",
+            f"{_to_decimal_point(weights[0][1])} {unit}",
+            f"{weights[0][0]}, its weight",
+        )
     speeds = list(_SPEED.finditer(stem))
     if len(speeds) == 1:
         per = "min" if speeds[0][2].lower() == "min" else "s"
-        yield "speed", f"{_decimal(speeds[0][1])} mm/{per}", speeds[0][0]
+        yield "speed", f"{_to_decimal_point(speeds[0][1])} mm/{per}", speeds[0][0]
 
 
-def _decimal(number: str) -> str:
+def _to_decimal_point(number: str) -> str:
     return number.replace(",", ".").replace("p", ".")
 
 

@@ -99,32 +99,37 @@ def build_stack(brake: Brake, slip: float, share: float) -> Stack:
         for i in range(count)
     ]
     cap = max(1.2 * clamp_length, 0.06 * (free + lap + free_right))
-    tall = height + 3 * thick
+    total_height = height + 3 * thick
     for name, inner, side in (("left cap", start, -1), ("right cap", end, 1)):
         middle = inner + side * cap / 2
-        boxes.append(_make_box(name, (middle, 0, 0), (cap, 1.25 * sheets.width, tall), GREY))
-        boxes += _screw_boxes(name, middle, tall / 2, brake)
+        boxes.append(
+            _make_box(name, (middle, 0, 0), (cap, 1.25 * sheets.width, total_height), GREY)
+        )
+        boxes += _screw_boxes(name, middle, total_height / 2, brake)
     room = (0.25 + 1.5 * (1 - share)) * thick
     around = (end - start, sheets.width + 2 * room, height + 2 * room)
     boxes.append(_make_box("enclosure", ((start + end) / 2, 0, 0), around, "#9fb4c4", 0.28))
-    low = -tall / 2 - 2.5 * thick
+    low = -total_height / 2 - 2.5 * thick
     left, right = start + free + slip, start + free + lap
     overlap_mark = ((left + right) / 2, -sheets.width / 2, low)
     boxes.append(_make_box("overlap", overlap_mark, (max(right - left, 1e-5), 0.0006, 0.0012), INK))
     tip = start + free + lap + free_right + sheets.usable_travel
-    boxes += _ghost_boxes(end + cap, tip, cap, (1.25 * sheets.width, tall, height))
+    boxes += _ghost_boxes(end + cap, tip, cap, (1.25 * sheets.width, total_height, height))
     labels = (
         ("overlap", f"overlap {show(lap - slip, 'm', 3)}", _scale_point(*overlap_mark)),
-        ("left", "left end", _scale_point(start - cap / 2, 0, tall / 2)),
-        ("right", "right end", _scale_point(end + cap / 2, 0, tall / 2)),
+        ("left", "left end", _scale_point(start - cap / 2, 0, total_height / 2)),
+        ("right", "right end", _scale_point(end + cap / 2, 0, total_height / 2)),
         (
             "ghost",
             f"slip of up to {show(sheets.usable_travel, 'm', 3)}",
-            _scale_point(tip, 0, tall / 2),
+            _scale_point(tip, 0, total_height / 2),
         ),
     )
-    deep, wide = loosest / 2 + 4 * thick, 1.25 * sheets.width / 2
-    corners = _scale_point(start - cap, -wide, -deep), _scale_point(tip + cap, wide, deep)
+    deep, half_width = loosest / 2 + 4 * thick, 1.25 * sheets.width / 2
+    corners = (
+        _scale_point(start - cap, -half_width, -deep),
+        _scale_point(tip + cap, half_width, deep),
+    )
     return Stack(tuple(boxes), labels, scale, count, *corners)
 
 
@@ -168,11 +173,11 @@ def _make_box(name: str, centre: Point, size: Point, color: str, opacity: float 
 def describe_stack(brake: Brake, stack: Stack, slip: float) -> str:
     """Return the picture's caption: its dimensions, and what is not to scale."""
     sheets = brake.sheets
-    left = (sheets.count + 1) // 2
+    left_count = (sheets.count + 1) // 2
     note = f", {stack.drawn} of them drawn" if stack.drawn < sheets.count else ""
     return (
-        f"{sheets.count} sheets{note}, {left} held on the left (blue) and "
-        f"{sheets.count - left} on the right (orange); they overlap by "
+        f"{sheets.count} sheets{note}, {left_count} held on the left (blue) and "
+        f"{sheets.count - left_count} on the right (orange); they overlap by "
         f"{show(sheets.overlap - slip, 'm', 3)} of {show(sheets.overlap, 'm', 3)}. "
         f"Lengths and width have the same scale; the thickness is drawn {stack.scale} "
         "times larger. The gaps indicate the vacuum; they are not computed."

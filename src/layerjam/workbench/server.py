@@ -1,6 +1,5 @@
 """The server. It listens on the loopback address by default; other addresses need a token."""
 
-import contextlib
 import errno
 import hmac
 import ipaddress
@@ -16,6 +15,7 @@ from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.websockets import WebSocketClose
 
 from layerjam.core.errors import QuantityError
+from layerjam.core.store import Appearing
 from layerjam.core.system import is_windows
 from layerjam.workbench.preparation import Preparation
 
@@ -94,8 +94,8 @@ class RequestGuard:
         return 413, f"at most {self.largest // 2**20} MB are accepted at once"
 
     def _is_token(self, token: str | None) -> bool:
-        mine = (self.token or "").encode()
-        return bool(self.token) and hmac.compare_digest((token or "").encode(), mine)
+        expected_token = (self.token or "").encode()
+        return bool(self.token) and hmac.compare_digest((token or "").encode(), expected_token)
 
     def _limit_body(self, receive: Any) -> Any:
         """Return a receiver that raises _TooLarge if a body of undeclared length is too large."""
@@ -126,11 +126,11 @@ def _plain_response(status: int, reason: str) -> PlainTextResponse:
 
 
 def _add_headers(send: Any) -> Any:
-    extra = [(name.encode(), text.encode()) for name, text in HEADERS.items()]
+    headers = [(name.encode(), text.encode()) for name, text in HEADERS.items()]
 
     async def send_with_headers(message: Any) -> None:
         if message["type"] == "http.response.start":
-            message["headers"] = [*message.get("headers", []), *extra]
+            message["headers"] = [*message.get("headers", []), *headers]
         await send(message)
 
     return send_with_headers
@@ -207,7 +207,7 @@ def serve(*, host: str, port: int, show: bool, token: str | None = None) -> None
     app.on_startup(threading.Thread(target=prepare_first_page).start)
     app.on_startup(lambda: run.io_bound(remove_stale_folders))
     app.on_shutdown(delete_folders)
-    with contextlib.suppress(KeyboardInterrupt):
+    try:
         ui.run(
             host=host,
             port=port,
@@ -221,6 +221,8 @@ def serve(*, host: str, port: int, show: bool, token: str | None = None) -> None
             language="en-US",
             ws_per_message_deflate=not is_loopback(host),
         )
+    except KeyboardInterrupt:  # the usual end of a server
+        Appearing.interrupted = False
 
 
 def _load_code() -> None:

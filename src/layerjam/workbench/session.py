@@ -88,7 +88,7 @@ def _unpack_files(entries: Any) -> list[KeptFile]:
     """Return a session's files, at most LARGEST bytes in all; raises InvalidStateError."""
     if not isinstance(entries, list) or len(entries) > MAX_FILES:
         raise InvalidStateError(f"files: expected a list of at most {MAX_FILES}")
-    files, left = [], LARGEST
+    files, bytes_left = [], LARGEST
     for place, entry in enumerate(entries):
         fields = entry if isinstance(entry, dict) else {}
         name, sidecar, content = (fields.get(key) for key in ("name", "sidecar", "content"))
@@ -96,11 +96,11 @@ def _unpack_files(entries: Any) -> list[KeptFile]:
             raise InvalidStateError(f"files.{place}: name, sidecar and content must be strings")
         reader = zlib.decompressobj()
         try:
-            data = reader.decompress(base64.b64decode(content, validate=True), left + 1)
+            data = reader.decompress(base64.b64decode(content, validate=True), bytes_left + 1)
         except (binascii.Error, zlib.error, ValueError):
             raise InvalidStateError(f"files.{place}.content: it cannot be decompressed") from None
-        left -= len(data)
-        if left < 0:
+        bytes_left -= len(data)
+        if bytes_left < 0:
             raise InvalidStateError(f"files: together they are larger than {LARGEST // 2**20} MB")
         if not reader.eof:
             raise InvalidStateError(f"files.{place}.content: it is truncated")

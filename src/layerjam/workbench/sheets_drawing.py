@@ -82,17 +82,17 @@ def format_runs(numbers: Sequence[int]) -> str:
 def slip_sentence(view: PullView, index: int) -> str:
     """Return the state of the stack at a sample, as a sentence."""
     motion = view.motion
-    slides = motion.sliding[index]
-    count, slid = len(slides), int(slides.sum())
-    begins = f"At {show(motion.elongation[index], 'm', 3)} and {show(motion.force[index], 'N', 3)}"
+    is_sliding = motion.sliding[index]
+    count, slid = len(is_sliding), int(is_sliding.sum())
+    begin = f"At {show(motion.elongation[index], 'm', 3)} and {show(motion.force[index], 'N', 3)}"
     if slid == 0:
-        return f"{begins}: no sheet slides; all {count} interfaces stick."
+        return f"{begin}: no sheet slides; all {count} interfaces stick."
     if slid == count:
-        return f"{begins}: every sheet slides at all {count} interfaces."
-    names = format_runs([int(k) + 1 for k in np.flatnonzero(slides)])
+        return f"{begin}: every sheet slides at all {count} interfaces."
+    names = format_runs([int(k) + 1 for k in np.flatnonzero(is_sliding)])
     verb = "slides" if slid == 1 else "slide"
     return (
-        f"{begins}: {slid} of {count} interfaces {verb} ({names}, from the top); the others stick."
+        f"{begin}: {slid} of {count} interfaces {verb} ({names}, from the top); the others stick."
     )
 
 
@@ -108,32 +108,32 @@ def draw_stack(view: PullView, index: int) -> str:
     """Return the stack as SVG; sliding parts are orange and hatched, sticking parts blue."""
     motion, sheets, factor = view.motion, view.sheets, view.magnification(index)
     length = sheets.free_left + sheets.overlap + sheets.free_right
-    room = max(float(motion.cap.max()), view.factor * view.small_range)
-    per_metre = (WIDE - 2 * (EDGE + CAP)) / (length + room)
-    left = EDGE + CAP
+    travel = max(float(motion.cap.max()), view.factor * view.small_range)
+    per_metre = (WIDE - 2 * (EDGE + CAP)) / (length + travel)
+    left_edge = EDGE + CAP
     shift = factor * float(motion.cap[index])
     rows = np.unique(np.linspace(0, len(motion.moving) - 1, MAX_SHEETS).round().astype(int))
     height = min(max(200.0 / len(rows), TALL[0]), TALL[1])
     high = len(rows) * (height + GAP) - GAP
     body = [
         _cap_svg(EDGE, high, "sheets-cap"),
-        _cap_svg(left + length * per_metre, high, "sheets-ghost"),
+        _cap_svg(left_edge + length * per_metre, high, "sheets-ghost"),
     ]
-    body.append(_cap_svg(left + (length + shift) * per_metre, high, "sheets-cap"))
-    slides, spans = motion.sliding[index], []
+    body.append(_cap_svg(left_edge + (length + shift) * per_metre, high, "sheets-cap"))
+    is_sliding, spans = motion.sliding[index], []
     for row, k in enumerate(rows):
         displacement = factor * float(motion.sheets[index, k])
         left_end, right_end = 0.0, sheets.free_left + sheets.overlap + displacement
         if motion.moving[k]:
             left_end, right_end = sheets.free_left + displacement, length + shift
-        spans.append((left + left_end * per_metre, left + right_end * per_metre))
-        kind = "slides" if slides[max(k - 1, 0) : k + 1].any() else "holds"
+        spans.append((left_edge + left_end * per_metre, left_edge + right_end * per_metre))
+        kind = "slides" if is_sliding[max(k - 1, 0) : k + 1].any() else "holds"
         body.append(_sheet_svg(*spans[-1], EDGE + row * (height + GAP), height, kind))
     for row, (k, (upper, lower)) in enumerate(zip(rows, pairwise(spans), strict=False)):
         begin, end = max(upper[0], lower[0]), min(upper[1], lower[1])
         if end > begin:
             middle = EDGE + (row + 1) * (height + GAP) - GAP / 2
-            body.append(_interface_svg(begin, end, middle, bool(slides[k])))
+            body.append(_interface_svg(begin, end, middle, bool(is_sliding[k])))
     words = f"{slip_sentence(view, index)} {describe_scale(view, index)}"
     return (
         f'<svg class="sheets" viewBox="0 0 {WIDE:.0f} {high + 2 * EDGE:.0f}" role="img" '

@@ -1,11 +1,14 @@
 """The frame around the pages: tabs, brake and line, undo, link, copying, light and dark."""
 
+import html
+import json
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 from nicegui import run, ui
 
+from layerjam.brake.figures import device_drawing
 from layerjam.core.errors import LayerjamError
 from layerjam.laboratory.identify.origin import describe_origin
 from layerjam.workbench.call import disambiguate, python_code
@@ -63,7 +66,7 @@ def build_frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> 
     _add_assets()
     dark = ui.dark_mode(None)
     heads = _build_header(desk, tabs, pages, dark)
-    _show_preparation(prepare)
+    _show_preparation(desk, prepare)
     with (
         ui.tab_panels(heads, value=desk.state.page, animated=False)
         .classes("w-full")
@@ -98,6 +101,7 @@ def build_frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> 
         pages[name].dark = bool(dark.value)
         with slots[name]:
             pages[name].open()
+        ui.run_javascript("document.getElementById('first-look')?.remove()")
 
     panels.on_value_change(lambda e: open_tab(str(e.value)))
     Dropping(desk, show_page)
@@ -123,16 +127,32 @@ def _add_assets() -> None:
     """Add the styles, scripts and colours of all pages."""
     for style in ("utilities.css", "workbench.css"):
         ui.add_css(read_asset(style))
+    ui.add_css(device_drawing.read_asset("brake_drawing.css"))
     for script in SCRIPTS:
         ui.add_body_html(f"<script>{read_asset(script)}</script>")
     ui.colors(primary="#0B5C8E", negative="#B3261E", positive="#1E7A37")
 
 
-def _show_preparation(prepare: Callable[[], None]) -> None:
-    """State the current step of the preparation, until it is done."""
+FIRST_LOOK = """<div id="first-look"><div class="frame-head"></div>
+<div class="frame-preparing">{text}</div><div class="figure frame-brake">
+<svg class="drawing" data-testid="frame-brake" role="img" aria-label="{label}"></svg></div></div>
+<script>{script}
+drawBrake(document.querySelector('#first-look svg'), {shape}, 0, 0);</script>"""
+"""HTML with the brake's drawing, which the browser shows before it has loaded any code."""
+
+
+def _show_preparation(desk: Desk, prepare: Callable[[], None]) -> None:
+    """Show the brake, and the current step of the preparation until it is done."""
     text: str = getattr(prepare, "text", "")
     if not text:
         return
+    look = FIRST_LOOK.format(
+        text=text,
+        label=html.escape(f"{desk.brake.name}, from the side and from above"),
+        script=device_drawing.read_asset("brake_drawing.js"),
+        shape=json.dumps(asdict(device_drawing.make_shape(desk.brake.brake))),
+    )
+    ui.add_body_html(look)
     line = status("preparing", "frame-preparing", text)
 
     def update() -> None:
@@ -259,7 +279,7 @@ async def _copy_link(desk: Desk) -> None:
     if length > LONG_LINK:
         lacks += f". Mail programs may truncate its {length} characters: save the session instead"
     if await copy_text("window.location.href"):
-        ui.notify(f"The address of this page contains all settings and was copied{lacks}")
+        ui.notify(f"Link copied; it contains all settings{lacks}")
     else:
         advice = (
             "Your browser does not allow this page to copy text. The address bar shows the link"

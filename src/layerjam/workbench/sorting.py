@@ -356,12 +356,14 @@ def _use_shown_name(item: Proposal, upload: Upload) -> Proposal:
 
 def _cite_list(item: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal:
     """Return the proposal, with the list of conditions named as the source of its metadata."""
-    mine = from_list.get(item.name, frozenset())
+    listed_facts = from_list.get(item.name, frozenset())
     facts = {
-        fact: SourcedValue(value.text, LIST) if fact in mine and value.source == SIDECAR else value
+        fact: SourcedValue(value.text, LIST)
+        if fact in listed_facts and value.source == SIDECAR
+        else value
         for fact, value in item.facts.items()
     }
     role = item.role
-    if {"vacuum", "normal_force"} & mine and role.source.startswith(SIDECAR):
+    if {"vacuum", "normal_force"} & listed_facts and role.source.startswith(SIDECAR):
         role = SourcedValue(role.text, LIST + role.source.removeprefix(SIDECAR))
     return replace(item, facts=facts, role=role)

@@ -148,10 +148,10 @@ def parse_link(text: str) -> State:
     try:
         data = base64.urlsafe_b64decode(text + "=" * (-len(text) % 4))
         reader = zlib.decompressobj()
-        plain = reader.decompress(data, LARGEST)
+        content = reader.decompress(data, LARGEST)
         if reader.unconsumed_tail or not reader.eof:
             raise ValueError("too large")
-        return read_state(plain)
+        return read_state(content)
     except InvalidStateError as err:
         raise QuantityError(f"link: {err}; the page uses the default values") from None
     except (binascii.Error, zlib.error, ValueError):

@@ -114,7 +114,7 @@ def curves_csv(options: Mapping[str, Any], failures: Sequence[str] = ()) -> str:
 
 
 def _chart_points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, Any]]:
-    below = options["xAxis"][-1]["name"] if options else ""
+    x_name = options["xAxis"][-1]["name"] if options else ""
     for number, series in enumerate(options.get("series", ()), 1):
         y_name = options["yAxis"][series.get("yAxisIndex", 0)]["name"]
         name = series.get("name") or f"curve {number}"
@@ -123,4 +123,4 @@ def _chart_points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, A
         for point in series.get("data", ()):
             pair = point.get("value", ()) if isinstance(point, Mapping) else point
             if len(pair) >= 2 and None not in pair[:2]:
-                yield y_name, name, below, pair[0], pair[1]
+                yield y_name, name, x_name, pair[0], pair[1]

@@ -174,8 +174,8 @@ class Uploads:
 
     def _unused_name(self, name: str) -> str:
         """Return the name, with a number added if a different file already has it."""
-        names, plain = {f.shown for f in self.files}, Path(name)
-        candidates = (f"{plain.stem} ({n}){plain.suffix}" for n in itertools.count(2))
+        names, path = {f.shown for f in self.files}, Path(name)
+        candidates = (f"{path.stem} ({n}){path.suffix}" for n in itertools.count(2))
         return next(n for n in itertools.chain([name], candidates) if n not in names)
 
     async def receive_file(self, file: FileUpload, waits: bool = False) -> str:

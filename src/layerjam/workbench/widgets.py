@@ -221,12 +221,12 @@ def headline_html(page: str, numbers: Sequence[Hero]) -> str:
     cells = []
     for key, name, text, interval, meaning in numbers:
         value, _, unit = round_value(text).rpartition(" ") if " " in text else (text, "", "")
-        small = f" <small>{escape(unit)}</small>" if unit else ""
+        unit_html = f" <small>{escape(unit)}</small>" if unit else ""
         ident = escape(f"{page}-{key}")
-        cell = f'<dd data-testid="{ident}" title="{escape(text)}">{escape(value)}{small}</dd>'
+        cell = f'<dd data-testid="{ident}" title="{escape(text)}">{escape(value)}{unit_html}</dd>'
         if interval:
             tip = f' title="{escape(meaning)}"' if meaning else ""
-            below = f'data-testid="{ident}-interval"{tip}'
-            cell += f'<dd class="interval" {below}>{escape(interval)}</dd>'
+            interval_attributes = f'data-testid="{ident}-interval"{tip}'
+            cell += f'<dd class="interval" {interval_attributes}>{escape(interval)}</dd>'
         cells.append(f"<div><dt>{escape(name)}</dt>{cell}</div>")
     return f'<dl class="heroes">{"".join(cells)}</dl>'

@@ -10,7 +10,11 @@ from layerjam.bench.commands.regulate import regulate
 from layerjam.bench.control.faults import PROVOKED
 from layerjam.bench.control.settings import KINDS, SAFE_STATES
 from layerjam.brake.commands.vacuum_line import rise
+from layerjam.brake.device.evidence import Evidence, Part
+from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.pull import brake_force
 from layerjam.core.errors import FileError, QuantityError, UnknownNameError
+from layerjam.core.evolve import evolve
 from layerjam.laboratory.measure.options import REFERENCES
 
 SEEN = {"safe_state": "release", "sensor_range": "103 kPa", "noise": "50 Pa"}
@@ -204,3 +208,39 @@ def test_a_recorded_step_is_refused_behind_a_tube_that_counts(tmp_path):
     step.write_text("time [s],vacuum [kPa]\n0,0\n1,20\n")
     with pytest.raises(QuantityError, match=r"step: the line's tube adds a lag of .* s at 60 kPa"):
         regulate(path, target="60 kPa", step=step, **SEEN)
+
+
+def test_the_errors_of_the_next_brake_are_those_of_brakes_drawn_one_by_one():
+    """The vacuum is closed in the loop, so a brake that differs errs by its own friction."""
+    sd, file = 0.08, load("choi2018-kapton")
+    tests = Evidence(
+        command="calibrate",
+        date="2026-01-01",
+        tests=5,
+        names=("scale_factor",),
+        exponent_sd=1e-9,
+        ranges={"vacuum": (1.0, 101e3), "slip": (0.0, 0.06), "speed": (1e-4, 0.01)},
+        fitted={},
+        parts=(Part("test", ((sd**2,),)),),
+    )
+    brake = evolve(file, evidence=(tests,))
+    answer = follow("choi2018", brake, profile="rehabilitation", **SHAPE, **SEEN)
+    record, base = answer.record[0], file.brake
+    random = np.random.default_rng(5)
+    factors = np.exp(sd * random.standard_normal(3000))
+    errors = [
+        brake_force(
+            record.slip, record.loop.vacuum, evolve(base, scale_factor=base.scale_factor * factor)
+        )
+        - record.wanted
+        for factor in factors
+    ]
+    for key, values in (
+        ("rms_error", [np.sqrt(np.mean(e**2)) for e in errors]),
+        ("greatest_error", [np.abs(e).max() for e in errors]),
+    ):
+        due = np.quantile(values, (0.025, 0.975))
+        assert answer.interval(key) == pytest.approx(tuple(due), rel=0.04)
+    assert answer.basis == "tested"
+    mean = follow("choi2018", brake, profile="rehabilitation", interval="mean", **SHAPE, **SEEN)
+    assert mean.interval("rms_error") == pytest.approx((answer.rms_error,) * 2, rel=1e-3)

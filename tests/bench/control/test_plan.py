@@ -18,10 +18,10 @@ from layerjam.bench.control.plan_spread import (
     CUBES,
     draw_arrivals,
     find_safe_vacuum,
-    log_normal,
     predict_spread,
 )
 from layerjam.bench.control.standby import Standby
+from layerjam.brake.commands.tuning import tune
 from layerjam.brake.device.load import load
 from layerjam.brake.fluid.closed_forms import reachable_vacuum
 from layerjam.brake.fluid.line import Leak, Reservoir, Tube, Valve
@@ -31,6 +31,7 @@ from layerjam.brake.mechanics.stop.exact import BOTTOMED_OUT, NEVER_SLID, STOPPE
 from layerjam.brake.mechanics.stop.tune import tuned_vacuum
 from layerjam.brake.simulate import prediction
 from layerjam.brake.simulate.drop import series_spring
+from layerjam.brake.simulate.prediction import log_normal
 from layerjam.brake.simulate.record import Outcome
 from layerjam.core.evolve import evolve
 
@@ -374,3 +375,10 @@ def test_brentq_agrees_with_the_search_for_the_vacuum():
         return float(stop(1.0, 2.5, p, series_spring(BRAKE, None), G, BRAKE).slip) - 0.04
 
     assert needed_vacuum(BRAKE, CASE) == pytest.approx(brentq(over, 5e4, 7e4), rel=1e-10)
+
+
+@pytest.mark.parametrize("confidence", [0.8, 0.95])
+def test_an_arrival_that_is_known_exactly_has_the_safe_vacuum_of_tune(confidence):
+    planned = find_safe_vacuum(plan_stop(KAPTON, PAPER, at(speed=2.0)), confidence)
+    tuned = tune(KAPTON, mass=1.0, speed=2.0, travel=0.04, confidence=confidence)
+    assert planned.vacuum == pytest.approx(tuned.safe_vacuum, rel=1e-9)

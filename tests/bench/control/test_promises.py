@@ -7,6 +7,7 @@ the two decision steps before.
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -178,11 +179,18 @@ def test_a_block_behind_a_tube_is_named(plant: str, steps: float) -> None:
     assert "LINE_BLOCKED" in each_fault(loop, at_room(loop, steps))
 
 
+LOOPS = [
+    loop
+    for number, loop in enumerate(
+        itertools.product(PLANTS, ("bang-bang", "pi"), (NOISY, IDEAL), (EXACT, Tolerances()))
+    )
+    if number.bit_count() % 2 <= cases(1, 0)
+]
+"""Plant, kind, sensor and tolerances; of the half in `make slow`, any three are all combined."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("tolerances", [EXACT, Tolerances()], ids=["exact", "wide"])
-@pytest.mark.parametrize("sensor", [NOISY, IDEAL], ids=["noisy", "ideal"])
-@pytest.mark.parametrize("kind", ["bang-bang", "pi"])
-@pytest.mark.parametrize("plant", list(PLANTS))
+@pytest.mark.parametrize(("plant", "kind", "sensor", "tolerances"), LOOPS)
 def test_every_room_stated(plant: str, kind: str, sensor: Any, tolerances: Tolerances) -> None:
     loop = regulator(plant=PLANTS[plant], kind=kind, sensor=sensor, tolerances=tolerances)
     for steps in ROOMS:

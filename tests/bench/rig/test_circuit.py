@@ -67,7 +67,7 @@ def test_every_drawn_part_is_of_the_declaration(made: Circuit) -> None:
 
 
 def test_the_page_shows_this_drawing(made: Circuit) -> None:
-    """After a change: layerjam bench wiring pico --out docs/images/wiring-pico.svg."""
+    """After a change: make pictures."""
     page = Path(__file__).parents[3] / "docs" / "images" / "wiring-pico.svg"
     assert page.read_text("utf-8") == draw_wiring(made)
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from bench.rig.bad_lines import BAD, GOOD, LONG
 from bench.rig.boards import PLANT, Rig, firmware, law_words, regulator
+from counts import cases
 
 
 @pytest.fixture(scope="module")
@@ -248,12 +249,7 @@ def fuzz(count: int, seed: int) -> None:
 
 @pytest.mark.slow
 def test_random_lines_leave_it_alive_with_outputs_off() -> None:
-    fuzz(10_000, 1)
-
-
-@pytest.mark.slow
-def test_a_hundred_thousand_random_lines() -> None:
-    fuzz(100_000, 2)
+    fuzz(cases(100_000, 20_000), 2)
 
 
 def test_the_law_is_checked_number_by_number() -> None:

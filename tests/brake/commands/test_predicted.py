@@ -12,9 +12,10 @@ from layerjam.brake.mechanics.pull import peak
 from layerjam.brake.mechanics.stop.exact import stop
 from layerjam.brake.mechanics.stop.motion import rope_spring
 from layerjam.brake.simulate import prediction as predicting
-from layerjam.brake.simulate.procedure import parse_procedure
+from layerjam.brake.simulate.procedure import parse_procedure, simple_pull
 from layerjam.brake.simulate.pull_spread import pull_numbers, spread_pull
 from layerjam.brake.simulate.repeated_runs import interpolate_samples
+from layerjam.brake.simulate.stack import tensile_stack
 from layerjam.brake.simulate.tensile import tensile as pull_lumped
 from layerjam.core.evolve import evolve
 
@@ -112,6 +113,49 @@ def test_samples_agree_with_an_independent_monte_carlo():
     assert ends(result, "dissipated_energy") == pytest.approx(
         np.quantile(end.heat, (0.025, 0.975)), rel=0.015
     )
+
+
+STACK = {"vacuum": 60e3, "speed": 0.013, "elongation": 0.02, "model": "stack"}
+
+
+def pull_stack(brake, **layout):
+    """Peak and work of a pull sheet by sheet, without intervals."""
+    file = evolve(layerjam.load("choi2018-kapton"), brake=brake)
+    record, _ = tensile_stack(file, simple_pull(60e3, 0.013, 0.02), **layout)
+    return float(record.force.max()), float(record.work[-1])
+
+
+def test_a_stack_agrees_with_stacks_drawn_one_by_one():
+    sd, names = 0.08, ("scale_factor", "stiffness_measured", "enclosure_force")
+    result = layerjam.tensile(proven(sd, names), **STACK)
+    random, base = np.random.default_rng(11), layerjam.load("choi2018-kapton").brake
+    numbers = []
+    for friction, stiffness, rubber in np.exp(sd * random.standard_normal((300, 3))):
+        brake = evolve(
+            base,
+            scale_factor=base.scale_factor * friction,
+            stiffness_measured=base.stiffness_measured * stiffness,
+            enclosure=evolve(base.enclosure, modulus=base.enclosure.modulus * rubber),
+            film=evolve(base.film, friction_on_silicone=base.film.friction_on_silicone * rubber),
+        )
+        numbers.append(pull_stack(brake))
+    for name, values in zip(("peak_force", "work"), np.transpose(numbers), strict=True):
+        # the quantiles of 300 stacks vary by 0.15 of the SD
+        assert ends(result, name) == pytest.approx(np.quantile(values, (0.025, 0.975)), rel=0.03)
+    assert result.basis == "tested"
+    assert pull_stack(base)[0] == pytest.approx(result.peak_force, rel=1e-12)
+
+
+@pytest.mark.parametrize("static", [False, True])
+def test_static_friction_widens_a_stack_that_has_it(static):
+    result = layerjam.tensile(proven(0.0), static=static, **STACK)
+    file = layerjam.load("choi2018-kapton")
+    width = math.sqrt(math.log1p(file.sources["film.static"].sd ** 2)) * static
+    for sign, end in zip((-1, 1), ends(result, "peak_force"), strict=True):
+        film = file.brake.film
+        other = evolve(film, static=film.static * math.exp(sign * Z * width))
+        peak_force, _ = pull_stack(evolve(file.brake, film=other), static=static)
+        assert end == pytest.approx(peak_force, rel=3e-3)
 
 
 def test_the_mean_has_a_narrower_interval_than_the_next_test():
@@ -243,3 +287,17 @@ def test_a_brake_without_spacers_has_intervals_in_every_command():
         for name in keys:
             low, high = ends(result, name)
             assert low < getattr(result, name) < high
+
+
+@pytest.mark.parametrize("vacuum", [40e3, 101e3])
+def test_the_figure_of_a_drop_shows_the_interval_of_its_peak_and_what_is_untested(vacuum):
+    file = proven(0.1)
+    (tests,) = file.evidence
+    narrow = evolve(tests, ranges={**tests.ranges, "vacuum": (30e3, 60e3)})
+    result = layerjam.drop(evolve(file, evidence=(narrow,)), vacuum=vacuum, **DROP)
+    panes = result.panes()
+    ((low, high),) = panes[0].bands
+    assert (float(low.y[0]), float(high.y[0])) == ends(result, "peak_force")
+    assert panes[0].y_range[1] > high.y[0]
+    due = "solid" if vacuum < 60e3 else "dashed"
+    assert {pane.curves[0].dash for pane in panes} == {due}

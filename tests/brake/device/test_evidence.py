@@ -21,7 +21,12 @@ EVIDENCE = Evidence(
     mountings=3,
     names=("scale_factor", "stiffness_measured", "enclosure_force"),
     exponent_sd=0.031,
-    ranges={"vacuum": (40e3, 90e3), "speed": (0.013, 0.013), "force": (0.0, 171.25)},
+    ranges={
+        "vacuum": (40e3, 90e3),
+        "slip": (0.0, 0.03),
+        "speed": (0.013, 0.013),
+        "force": (0.0, 171.25),
+    },
     fitted=state_fitted("calibrate", FILE.known_values),
     parts=(
         Part("mean", ((1e-4, 2e-5, 0.0), (2e-5, 3e-4, 0.0), (0.0, 0.0, 0.0)), 2.0),
@@ -58,6 +63,9 @@ WRONG: dict[str, Callable[[dict[str, Any]], Any]] = {
     "names: twice": lambda row: row.update(names=["scale_factor", "scale_factor"]),
     "tests: none": lambda row: row.update(tests=0),
     "ranges: order": lambda row: row["ranges"].update(vacuum=["90 kPa", "40 kPa"]),
+    "ranges: none": lambda row: row.update(ranges={}),
+    "vacuum": lambda row: row["ranges"].pop("vacuum"),
+    "slip": lambda row: row["ranges"].pop("slip"),
     "ranges: odd": lambda row: row["ranges"].update(colour=["90 kPa", "40 kPa"]),
     "parts: number": lambda row: row.update(parts=3),
     "parts: size": lambda row: row["parts"][0].update(covariance=[[1.0]]),

@@ -192,6 +192,7 @@ def test_written_whole_or_not_at_all(tmp_path):
         store_file(tmp_path / "no" / "x", lambda p: None)
 
 
+@pytest.mark.timing
 def test_a_line_of_blanks_after_a_bracket_is_not_slow():
     text = TEXT.replace('title = "Choi 2018, Kapton"', 'title = """\n[' + " " * 900 + '\n"""')
     begun = time.process_time()

@@ -8,13 +8,14 @@ import time
 
 import pytest
 
+from counts import cases
 from layerjam.brake.device.brake import validate
 from layerjam.brake.device.brake_file import BrakeFile, updated_text
 from layerjam.brake.device.load import catalogue, load, materials
 from layerjam.core.errors import LayerjamError
 from layerjam.core.toml_files.source import Source
 
-QUICK, SLOW = 3000, 20000
+QUICK, SLOW = 3000, cases(20_000, 8000)
 TEXTS = [load(name).text for name in catalogue()]
 MATERIALS = materials()
 PIECES = [

@@ -9,7 +9,7 @@ import pytest
 from layerjam.brake.device.brake_file import updated_text
 from layerjam.brake.device.load import catalogue, load
 from layerjam.brake.mechanics import friction
-from layerjam.brake.mechanics.fan import require_flat
+from layerjam.brake.mechanics.effects import require_linear
 from layerjam.core.errors import QuantityError
 from layerjam.core.toml_files.source import Source
 
@@ -51,12 +51,12 @@ def test_what_the_old_scale_factor_held_goes_with_it():
 
 
 def test_a_model_with_a_straight_line_takes_spacers_and_refuses_a_fan():
-    assert require_flat(KAPTON.brake, "x") is KAPTON.brake
-    flat = require_flat(KAPTON.brake.with_(spacers=True), "x")
+    assert require_linear(KAPTON.brake, "x") is KAPTON.brake
+    flat = require_linear(KAPTON.brake.with_(spacers=True), "x")
     assert flat.scale_factor == pytest.approx(0.875 / 1.048, rel=1e-12)
     assert flat.mount.spacers is None and flat.amplification_held is None
     with pytest.raises(QuantityError, match="x does not support the self-amplified friction"):
-        require_flat(KAPTON.brake.with_(spacers=False), "x")
+        require_linear(KAPTON.brake.with_(spacers=False), "x")
 
 
 @pytest.mark.parametrize("name", ["choi2018-kapton", "choi2018-ptfe"])

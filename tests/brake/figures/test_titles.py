@@ -36,9 +36,9 @@ def test_a_pull_is_described_by_its_end() -> None:
 
 def test_a_controller_is_described_by_the_fault_it_detects() -> None:
     common = {"target": "60 kPa", "safe_state": "release", "sensor_range": "103 kPa"}
-    assert title(lj.regulate("choi2018", **common)) == "Controller pi: no fault detected"
+    assert title(lj.regulate("choi2018", **common)) == "Controller “pi” detects no fault"
     stuck = lj.regulate("choi2018", fault="pump-dead", fault_at=1.0, **common)
-    assert title(stuck).startswith("Controller pi: detected the fault “")
+    assert title(stuck).startswith("Controller “pi” detects the fault “")
 
 
 @pytest.mark.parametrize("outcome", Outcome)

@@ -16,6 +16,7 @@ import pytest
 from hypothesis import given, settings
 
 import layerjam as lj
+from counts import cases
 from layerjam.bench.rig.stepped_brake import SteppedBrake
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.device.load import load
@@ -92,14 +93,15 @@ def test_a_pull_is_the_same_by_kernel_and_law(seed: int) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=150)
+@settings(max_examples=cases(150, 40))
 @given(seeds)
 def test_many_pulls_are_the_same_by_kernel_and_law(seed: int) -> None:
     out_back_and_out(seed, exponent=bool(seed % 2))
 
 
 @pytest.mark.parametrize(
-    "name", [NAMES[0], *(pytest.param(name, marks=pytest.mark.slow) for name in NAMES[1:])]
+    "name",
+    [NAMES[0], *(pytest.param(n, marks=pytest.mark.slow) for n in NAMES[1 : cases(4, 2)])],
 )
 def test_what_is_printed_is_the_same(name: str) -> None:
     """Every digit of the catalogue's results that is shown."""

@@ -7,26 +7,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from layerjam.brake.device.effect import Effect
 from layerjam.brake.device.load import load
 from layerjam.brake.kernel.parameters import parameters
-from layerjam.brake.mechanics.effects import (
-    BUILT_IN,
-    depends_on_speed,
-    fix_speed,
-    friction_factor,
-    has_speed_effects,
-    ignore_speed,
-    list_effects,
-    remove_fitted,
-    remove_idle_speed_law,
-)
+from layerjam.brake.mechanics.effects import BUILT_IN, friction_factor, list_effects, remove_fitted
 from layerjam.brake.mechanics.enclosure import enclosure_law
 from layerjam.brake.mechanics.friction import sheet_friction, sheet_friction_at
+from layerjam.brake.mechanics.speed_effects import (
+    depends_on_speed,
+    fix_speed,
+    has_speed_effects,
+    ignore_speed,
+    remove_idle_speed_law,
+)
+from layerjam.brake.mechanics.stick_slip.slide_step import resistance
+from layerjam.brake.mechanics.stop.exact import paced_setup, stop
 from layerjam.brake.mechanics.stop.motion import make_load
+from layerjam.brake.mechanics.stop.paced import state_rates
 from layerjam.brake.simulate import drop, stack, tensile
 from layerjam.brake.simulate.procedure import simple_pull
 from layerjam.brake.simulate.stick_slip import make_slide
 from layerjam.core.errors import LayerjamError
+from layerjam.core.evolve import evolve
 from layerjam.core.units import quantity, record
 from layerjam.interop.fmi import brake_values
 from layerjam.laws import brake_force, peak_vacuum, tuned_vacuum, vacuum_for_force
@@ -157,3 +159,84 @@ def test_a_brake_keeps_its_own_list_of_effects():
     assert len(list_effects(shared)) == 1 and list_effects(other) == ()
     assert pickle.loads(pickle.dumps(shared)) == shared
     assert friction_factor(8e4, WARM) == pytest.approx(0.8, rel=1e-14)
+
+
+@record
+class Growth(Effect):
+    """The power law of `[speed_law]`, as another package would state it."""
+
+    power: float = quantity("1", "exponent", hi=1)
+    depends_on_speed = True
+
+    def growth(self, speed, brake):
+        return ((1e-3 + speed) / (1e-3 + 0.013)) ** self.power
+
+    def growth_slope(self, speed, brake):
+        return self.power / (1e-3 + speed)
+
+    def rest_speed(self, brake):
+        return 1e-3
+
+
+TWIN = replace(FILE.brake, effects=(Growth(power=0.2),))
+LAW = FILE.brake.with_(**STATED["speed_law"])
+
+
+def test_solvers_apply_a_speed_effect_of_another_package_as_the_built_in_law():
+    states = np.array([[1e-4, 5e-3, 2e-2], [1.0, 0.6, 0.2], [1e-6, 0.1, 0.3], [0.0, 0.1, 1.0]])
+    ends = []
+    for brake in (LAW, TWIN):
+        case = paced_setup(1.0, np.array([1.0, 1.0, 1.0]), 6e4, 1.5e4, 9.8, brake)
+        slide = make_slide(brake, **SLIDE)
+        paces = np.array([0.0, 1e-3, 1.0])
+        friction = [resistance(1e-3, pace, slide) for pace in paces]
+        ends.append(
+            (state_rates(states, case), friction, sheet_friction_at(0.01, paces, 8e4, brake))
+        )
+    for built_in, other in zip(*ends, strict=True):
+        assert np.asarray(other) == pytest.approx(np.asarray(built_in), rel=1e-12)
+    assert is_refused(lambda: parameters(TWIN), "effects") and depends_on_speed(TWIN)
+    fixed = fix_speed(0.5, TWIN)
+    assert fixed.effects == () and fixed.film.kinetic == fix_speed(0.5, LAW).film.kinetic
+
+
+@pytest.mark.slow
+def test_a_stop_with_a_speed_effect_of_another_package_is_that_of_the_built_in_law():
+    case = (1.0, 1.0, 6e4, 1.5e4, 9.8)
+    assert np.array(stop(*case, TWIN)) == pytest.approx(np.array(stop(*case, LAW)), rel=1e-9)
+
+
+@record
+class Shorter(Effect):
+    """Friction that falls with slip as if the overlap were shorter by `missing`."""
+
+    missing: float = quantity("m", "length without friction", hi=0.1)
+    depends_on_slip, is_proportional = True, True
+
+    def slip_factor(self, slip, brake):
+        return 1 - self.missing / (brake.sheets.overlap - slip)
+
+    def slip_slope(self, slip, brake):
+        return -self.missing / (brake.sheets.overlap - slip) ** 2
+
+
+LOST, MORE = 8e-3, ("free_left", "free_right")
+BENT = replace(COLD, effects=(Shorter(missing=LOST),))
+CUT = evolve(
+    COLD,
+    sheets=evolve(
+        COLD.sheets,
+        overlap=COLD.sheets.overlap - LOST,
+        **{name: getattr(COLD.sheets, name) + LOST / 2 for name in MORE},
+    ),
+)
+"""A brake with that shorter overlap, and an enclosure of the same length."""
+
+
+@pytest.mark.parametrize("model", ["force", "tensile", "drop", "tune"])
+def test_every_model_applies_a_change_with_slip_that_none_of_them_knows(model):
+    """The sheets of a shorter overlap are also stiffer, which the stack of them would show."""
+    bent, cut, cold = (np.asarray(MODELS[model](b), float) for b in (BENT, CUT, COLD))
+    if model == "tensile":  # the steps of the two pulls differ
+        bent, cut, cold = bent.max(), cut.max(), cold.max()
+    assert bent == pytest.approx(cut, rel=2e-7) and not np.allclose(bent, cold, rtol=1e-3)

@@ -26,7 +26,7 @@ def slide_case(**changes: float) -> Slide:
     """A mass of 2 kg on 1000 N/m: omega is 22.4 1/s; friction of 30 N that is constant."""
     zero = dict.fromkeys(Slide._fields, 0.0)
     zero |= {"mass": 2.0, "spring": 1000.0, "speed": 0.1, "ramp": 9.0, "end": 9.0, "level": 30.0}
-    zero |= {"exponent": 1.0, "overlap": 1.0, "enclosure": None, "law": None}
+    zero |= {"exponent": 1.0, "overlap": 1.0, "enclosure": None, "paced_brake": None}
     return Slide(**(zero | changes))  # type: ignore[arg-type]
 
 

@@ -13,6 +13,7 @@ from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.device.evidence import Evidence, Part, state_fitted
 from layerjam.brake.device.load import load
 from layerjam.brake.device.spread import EXPONENT_SD, SPEED_SD
+from layerjam.brake.mechanics.enclosure import enclosure_force
 from layerjam.brake.mechanics.friction import sheet_friction
 from layerjam.brake.mechanics.pull import brake_force, peak
 from layerjam.brake.simulate.prediction import Prediction
@@ -228,3 +229,59 @@ def test_a_brake_without_tests_rests_on_handbook_values():
     prediction = Prediction(FILE, VACUUM)
     assert prediction.basis.word == "handbook"
     assert prediction.notices() == []
+
+
+def with_specimens(*covariances: Part, strain: float = 4.0, others: tuple = ()) -> BrakeFile:
+    """The brake with evidence of tensile tests of its enclosure."""
+    tests = Evidence(
+        command="enclosure",
+        date="2026-11-28",
+        tests=5,
+        names=("enclosure_force",),
+        ranges={"strain": (0.0, strain)},
+        fitted=state_fitted("enclosure", FILE.known_values),
+        parts=covariances,
+    )
+    return replace(FILE, evidence=(*others, tests))
+
+
+def test_a_tested_enclosure_has_the_interval_of_a_monte_carlo_simulation():
+    """Its force is the root of modulus times friction: five bars, and friction within 1.5."""
+    random = np.random.default_rng(7)
+    modulus, drag = 0.08, math.log(1.5)
+    parts = (
+        Part("mean", ((modulus**2 / 5 / 4,),), 4.0),
+        Part("mean", ((drag**2 / 4,),)),
+    )
+    prediction = Prediction(with_specimens(*parts), VACUUM, SLIP)
+    found = prediction.interval(enclosure_force(SLIP, VACUUM, prediction.brakes))
+    logs = modulus / 5**0.5 * random.standard_t(4, 400_000) + drag * random.standard_normal(400_000)
+    value = float(enclosure_force(SLIP, VACUUM, FILE.brake))
+    due = value * np.quantile(np.exp(logs / 2), [0.025, 0.975])
+    assert (found["low"], found["high"]) == pytest.approx(tuple(due), rel=0.01)
+
+
+def test_a_stated_uncertainty_of_the_enclosure_is_that_of_its_owner():
+    file = with_specimens(Part("mean", ((0.04,),))).with_(force_uncertainty=0.1)
+    prediction = Prediction(file, VACUUM, SLIP)
+    found = prediction.interval(enclosure_force(SLIP, VACUUM, prediction.brakes))
+    assert math.log(found["high"] / found["low"]) == pytest.approx(2 * 1.96 * 0.1, rel=0.01)
+
+
+def test_a_strain_beyond_the_specimens_is_named_unless_a_pull_reached_its_slip():
+    # of paper, eq. 5: at the end of a face, half of the force over its stiffness EA
+    sheets, enclosure = FILE.brake.sheets, FILE.brake.enclosure
+    strain = 140 / 2 / (enclosure.modulus * sheets.width * enclosure.wall)
+    part_of = Part("mean", ((0.04,),))
+    basis = Prediction(with_specimens(part_of, strain=1.0), VACUUM, 0.04).basis
+    assert basis.word == "handbook"
+    (beyond,) = basis.extrapolations
+    force = float(enclosure_force(0.04, VACUUM, FILE.brake))
+    assert (beyond.quantity, beyond.high) == ("strain", 1.0)
+    assert beyond.value == pytest.approx(strain * force / 140, rel=1e-6)
+    assert "strain" in basis.reason and "no test of this brake" in basis.reason
+    pulls = with_tests(part("mean", 0.02)).evidence
+    both = with_specimens(part_of, strain=1.0, others=pulls)
+    assert Prediction(both, VACUUM, 0.04).basis.word == "tested"
+    names = [e.quantity for e in Prediction(both, VACUUM, 0.05).basis.extrapolations]
+    assert names == ["slip", "strain"]

@@ -175,9 +175,9 @@ def test_one_more_option_is_one_file_as_contributing_says(
 
 
 def test_the_docs_have_it(dive: Any, generate: ModuleType) -> None:
-    assert "`layerjam dive --depth Q`" in generate.command_table()
+    assert "[`dive`](#dive)" in generate.command_table()
     page = generate.described("dive")
-    assert "| `--depth Q` | Depth of the dive, e.g. 12m. Required. |" in page
-    assert "- `pressure` [Pa]: pressure above the surface's" in page
-    assert "| $z$ | `depth` | m | depth of the dive |" in generate.command_quantities()
+    assert "| `--depth 12m` | Depth of the dive. Required. |" in page
+    assert "JSON: `pressure`" in page
+    assert "| $z$ | `depth` | m |" in generate.command_quantities()
     assert "dive, Dive" in generate.command_functions()

@@ -326,11 +326,6 @@ def test_a_figure_of_its_own(name: str) -> None:
     assert faults(ALONE[name]()) == []
 
 
-@pytest.mark.slow
-def test_the_coupling() -> None:
-    assert faults(line_pictures.draw_coupling((50e3,))) == []
-
-
 @pytest.mark.parametrize("count", [1, 3])
 def test_figures_of_specimens(tmp_path: Path, count: int) -> None:
     assert faults(measurement_figures.draw_sleeve(*specimens(tmp_path, count))) == []

@@ -18,7 +18,7 @@ from layerjam.core import conversion
 from layerjam.core.conversion import FACTORS, pint_factor, strip_unit, unit_factor
 from layerjam.core.errors import LayerjamError, QuantityError
 from layerjam.core.installation import install_command
-from layerjam.core.units import exact_text, examples, parse, quantities, show
+from layerjam.core.units import QuantitySpec, exact_text, examples, parse, quantities, show
 
 SI = ["m", "Pa", "N", "N/m", "kg", "kg/m^3", "m/s", "s", "J", "J/(kg K)", "N s/m", "m/s^2", "V"]
 
@@ -154,6 +154,7 @@ def test_an_integer_too_long_to_print_is_refused(si):
         parse(1 << 20000, si, "x")
 
 
+@pytest.mark.timing
 def test_long_white_space_is_not_slow():
     begun = time.process_time()
     with pytest.raises(QuantityError):
@@ -321,3 +322,15 @@ def test_a_catalogue_brake_is_read_without_loading_pint():
         "sys.exit('pint' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("number", [95, "95", 99.5])
+def test_a_percentage_without_its_sign_is_explained_in_words_that_work(number):
+    spec = QuantitySpec("1", "share of tests", lo=0.5, hi=0.999, example="95%")
+    with pytest.raises(QuantityError, match="write ") as caught:
+        spec.read(number, "confidence")
+    for word in str(caught.value).rpartition("write ")[2].split(" or "):
+        assert spec.read(word, "confidence") == pytest.approx(float(number) / 100)
+    with pytest.raises(QuantityError) as caught:
+        spec.read(100, "confidence")
+    assert "write" not in str(caught.value)

@@ -10,10 +10,14 @@ import pytest
 from cli.conftest import contents
 from laboratory.measure.layouts import REAL
 from layerjam.brake.commands.force import force as brake_force
+from layerjam.brake.device.enclosure import FORCE_UNCERTAINTY
 from layerjam.brake.device.load import load
+from layerjam.brake.device.spread import rate_enclosure
 from layerjam.brake.mechanics.hyperelastic import rubber_stress
+from layerjam.brake.mechanics.pull import force_at_elongation
 from layerjam.cli.main import main
 from layerjam.core.errors import FileError, LayerjamError, QuantityError
+from layerjam.laboratory.commands.calibration import calibrate
 from layerjam.laboratory.commands.crash import crash
 from layerjam.laboratory.commands.enclosure import enclosure
 from layerjam.laboratory.commands.leak import leak
@@ -113,9 +117,36 @@ def test_several_specimens_narrow_the_force_of_the_enclosure(tmp_path):
     files = [curve(tmp_path / f"{k}.csv", 30e3 + 500 * k, k) for k in range(3)]
     found = enclosure(files, brake="choi2018-kapton", out=out)
     relative = found.modulus_100_sd / found.modulus_100 / 3**0.5
-    assert load(out).brake.enclosure.force_sd == pytest.approx(
-        (relative**2 + np.log(1.5) ** 2) ** 0.5 / 2, abs=1e-4
-    )
+    made = load(out)
+    due = (relative**2 + np.log(1.5) ** 2) ** 0.5 / 2
+    assert rate_enclosure(made).enclosure.force_sd == pytest.approx(due, abs=1e-4)
+    (tests,) = made.evidence
+    assert (tests.command, tests.tests) == ("enclosure", 3)
+    assert tests.ranges == {"strain": (0.0, pytest.approx(3.0, rel=0.01))}
+    # another modulus belongs to another enclosure, whose force nobody measured
+    other = made.with_(enclosure_modulus="200 kPa")
+    assert rate_enclosure(other).enclosure.force_sd == FORCE_UNCERTAINTY
+
+
+def test_a_brake_is_calibrated_with_the_uncertainty_of_its_tested_enclosure(tmp_path):
+    """The enclosure's line of the budget is the tested one, as if the file stated it."""
+    out = tmp_path / "mine.toml"
+    files = [curve(tmp_path / f"{k}.csv", 30e3 + 500 * k, k) for k in range(3)]
+    enclosure(files, brake="choi2018-kapton", out=out)
+    made = load(out)
+    u = np.linspace(0, 0.03, 4000)
+    force = np.asarray(force_at_elongation(u, 60e3, made.brake))
+    pulls = [
+        table(tmp_path / f"p{k}.csv", "u [m],F [N]", u, force * (1 + 0.01 * k)) for k in (0, 1)
+    ]
+    tested = calibrate(made, pulls, vacuum="60 kPa")
+    sd = rate_enclosure(made).enclosure.force_sd
+    stated = calibrate(made.with_(force_uncertainty=sd), pulls, vacuum="60 kPa")
+    unknown = calibrate(made.with_(force_uncertainty=0.3), pulls, vacuum="60 kPa")
+    ends = [found.intervals["scale_factor"] for found in (tested, stated, unknown)]
+    widths = [end["high"] - end["low"] for end in ends]
+    assert widths[0] == pytest.approx(widths[1], rel=1e-9)
+    assert widths[0] < widths[2]
 
 
 def test_the_model_goes_into_a_brake_where_it_is_asked_for(tmp_path):

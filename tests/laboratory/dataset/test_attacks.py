@@ -215,7 +215,7 @@ def test_a_sealed_forgery_is_found(published: Published, tmp_path: Path, name: s
     assert not found.equal and found.exit_code == 1
     assert file in named(found), str(found)
     assert file in str(found)
-    assert found.fingerprint != recompute(published.folder).fingerprint
+    assert found.fingerprint != digest(Path(published.folder) / SUMS)
 
 
 @pytest.mark.parametrize("name", UNSEALED)

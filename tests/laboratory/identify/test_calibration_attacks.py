@@ -11,14 +11,14 @@ import pytest
 
 import layerjam as lj
 from calibration_attacks import CASES, PAGE, measure, worn
-from counts import FULL
+from counts import cases
 from independent.pulls import BRAKE, SCALE_FACTOR, VACUUMS, repeats, write
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name.replace(" ", "-"))
 def test_every_case_has_the_share_that_is_required(case) -> None:
-    assert measure(case, 40 if FULL else 15, seed=7).is_right(case)
+    assert measure(case, cases(40, 8), seed=7).is_right(case)
 
 
 def test_the_page_has_every_case_with_the_share_that_is_required() -> None:

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from counts import cases
 from interval_coverage import CASES, SEED, campaign, is_outside, measure
-from interval_page import PAGE
+from interval_page import MARKS, PAGE
 from interval_values import Pulls, of_curves, of_peaks
 from layerjam.laboratory.identify.calibration.budget import Peak
 from layerjam.laboratory.identify.calibration.peaks import calibrate_peaks
 from layerjam.laboratory.identify.calibration.whole_curves import calibrate_curves
 
-CAMPAIGNS = 100
+CAMPAIGNS = cases(100, 30)
 
 
 @pytest.mark.parametrize("name", ["exact", "exact, 3 mountings of 6 pulls, per mixed"])
@@ -54,7 +55,7 @@ def test_values_have_the_intervals_of_whole_curves(between: float) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=lambda c: c.name.replace(" ", "-"))
 def test_intervals_contain_the_truth(case) -> None:
-    """As often as a share of 95 % allows in a hundred campaigns, but for one in ten thousand."""
+    """As often as a share of 95 % allows of the campaigns, but for one in ten thousand."""
     least = stats.binom.ppf(1e-4, CAMPAIGNS, 0.95)
     for name, tally in measure(case, CAMPAIGNS, SEED + 1).items():
         assert tally.inside >= least - tally.missing, (name, tally.inside)
@@ -67,14 +68,18 @@ def test_intervals_contain_the_truth(case) -> None:
 
 def test_the_page_holds_every_kind_within_the_bounds() -> None:
     text = PAGE.read_text(encoding="utf-8")
-    rows = re.findall(r"^\| ([^|]+) \| `(\w+)` \| ([\d.]+)% \|.*\| (\d+) \|$", text, re.MULTILINE)
-    assert {name for name, *_ in rows} == {case.name for case in CASES}
-    cases = {case.name: case for case in CASES}
-    [asked] = re.findall(r"--campaigns (\d+) --seed", text.split("## ")[0])
-    for name, parameter, share, count in rows:
-        inside = round(float(share) / 100 * int(count))
-        assert not is_outside(cases[name], inside, int(count)), (name, parameter)
-        assert int(count) == int(asked)
+    part = text.split(MARKS[0])[1].split(MARKS[1])[0]
+    rows = re.findall(r"^\| ([^|]*) \| `(\w+)` \| ([\d.]+)% \|", part, re.MULTILINE)
+    names = [name for name, *_ in rows if name]
+    assert names == [case.name for case in CASES]
+    by_name = {case.name: case for case in CASES}
+    assert "could not be computed: 0." in part
+    [asked] = map(int, re.findall(r"--campaigns (\d+) --seed", part))
+    case = CASES[0]
+    for name, parameter, share in rows:
+        case = by_name.get(name, case)  # a further parameter of the same fit has no name
+        inside = round(float(share) / 100 * asked)
+        assert not is_outside(case, inside, asked), (case.name, parameter)
     assert {p for _, p, *_ in rows} == {
         "scale_factor", "stiffness", "enclosure_factor", "pressure_exponent", "speed_slope",
     }  # fmt: skip

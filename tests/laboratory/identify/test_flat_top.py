@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from counts import cases
 from layerjam.laboratory.identify.logs.crash import reduce_crash
 from layerjam.laboratory.identify.logs.flat_top import CHANCE, find_flat_top
 
@@ -55,9 +56,10 @@ def test_gentle_pulses_and_cut_off_ones():
 @pytest.mark.slow
 def test_false_alarms_in_a_thousand_and_ends_found():
     """At most 1 in 1,000, at least 99 %."""
-    false, unknown = judged(3000, 3)
-    assert false + unknown <= 3
-    assert judged(2000, 4, over=(0.05, 1.0))[0] >= 1980
+    false, unknown = judged(count := cases(3000, 1000), 3)
+    assert false + unknown <= count // 1000
+    count = cases(2000, 700)
+    assert judged(count, 4, over=(0.05, 1.0))[0] >= 0.99 * count
 
 
 def test_three_equal_samples_happen_by_chance():

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import layerjam as lj
+from counts import cases
 from friction_faults import ALARMS, FAULTS, MARKS, MUST, NONE, NONE_OF_RIG, PAGE, measure
 from laboratory.campaigns import bench as virtual
 from layerjam.brake.device.load import load
@@ -139,6 +140,6 @@ def test_the_page_has_every_fault_and_the_gross_ones_are_found() -> None:
 )
 def test_the_study_in_small(name: str) -> None:
     fault = next(f for f in FAULTS if f.name == name)
-    tally = measure(fault, 100, 77)
+    tally = measure(fault, cases(100, 40), 77)
     share = tally.found / tally.campaigns
     assert share <= 0.08 if fault.healthy else share >= 0.92

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from counts import cases
 from independent.devices import FILMS, GRAVITY, draw_device
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.device.load import load
@@ -120,6 +121,6 @@ def test_the_page_has_the_shares_of_every_row(case) -> None:
     # the first table has these rows, the second one those of other vacuums
     row = re.findall(rf"^\| {re.escape(case.name)} \| (.*) \|$", text, re.MULTILINE)[0]
     stated = [float(cell.split("%")[0]) / 100 for cell in row.split(" | ")[:3]]
-    tally = measure(case, 60, SEED + 2)
+    tally = measure(case, cases(60, 25), SEED + 2)
     for name, share in zip(("peak", "slip", "safe"), stated, strict=True):
         assert tally.share(name) == pytest.approx(share, abs=2 * tally.error(name) + 0.02)

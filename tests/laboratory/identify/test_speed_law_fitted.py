@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from laboratory.identify.fitted import TRUTH, campaign
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.device.load import load
-from layerjam.brake.mechanics.effects import growth
+from layerjam.brake.mechanics.speed_effects import brake_growth
 from layerjam.brake.simulate.drop import drop
 from layerjam.core.errors import FitError
 from layerjam.laboratory.identify.calibration.peaks import calibrate_peaks
@@ -67,7 +67,7 @@ def test_a_fitted_growth_is_written_and_the_brake_stops_as_the_truth_does() -> N
     assert (law.test_speed, law.fastest) == pytest.approx((found.reference_speed, 0.2))
     assert made.sources["speed_law.rest_speed"].kind == "assumed"
     for speed in (2e-3, 7e-3, 2e-2, 6e-2, 2e-1):
-        factor = made.brake.scale_factor * float(growth(speed, law))
+        factor = made.brake.scale_factor * float(brake_growth(speed, made.brake))
         assert factor == pytest.approx(truth_at(speed), rel=3e-3)
     # its sheets slide at up to 0.4 m/s, a little beyond what was pulled
     case = {"mass": 5.0, "speed": 0.6, "vacuum": 60e3}

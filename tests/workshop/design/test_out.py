@@ -133,7 +133,7 @@ def test_a_design_that_is_the_tested_brake_keeps_its_tests() -> None:
         date="2026-11-01",
         tests=5,
         names=("scale_factor", "stiffness_measured"),
-        ranges={"vacuum": (50e3, 90e3)},
+        ranges={"vacuum": (50e3, 90e3), "slip": (0.0, 0.03)},
         fitted=state_fitted("calibrate", kapton.known_values),
         parts=(Part("mean", spread, 4.0), Part("test", spread)),
     )

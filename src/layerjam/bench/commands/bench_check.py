@@ -155,9 +155,9 @@ def _set_measured_values(line: LineFile, checks: Checked, sensor: Sensor, addres
     from layerjam.bench.rig.virtual_plant import LINEAR_AT
 
     values = {name: getattr(checks, name) for name in (*MEASURED, "noise")}
-    missing = ", ".join(name for name, value in values.items() if value is None)
-    if missing:
-        raise QuantityError.of(missing, "not measured, so --tune writes no file")
+    missing_names = ", ".join(name for name, value in values.items() if value is None)
+    if missing_names:
+        raise QuantityError.of(missing_names, "not measured, so --tune writes no file")
     lag, noise = values.pop("lag"), max(sensor.noise, values.pop("noise"))
     new_line = match_line(line.line, Plant(**values), vacuum=LINEAR_AT)
     new_line = replace(new_line, sensor=replace(sensor, lag=lag, noise=noise))

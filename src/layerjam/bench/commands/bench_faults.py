@@ -74,9 +74,9 @@ class FaultCampaign(Result):
     def lines(self) -> Iterator[str]:
         """Yield a line for each fault."""
         yield ""
-        wide = max((len(row["fault"]) for row in self.faults), default=0)
+        width = max((len(row["fault"]) for row in self.faults), default=0)
         for row in self.faults:
-            yield f"{row['fault']:<{wide}}  {_describe_fault(row)}"
+            yield f"{row['fault']:<{width}}  {_describe_fault(row)}"
         if self.healthy:
             yield f"no fault injected: {self.false_faults} false faults in {self.healthy} runs"
         for name, reason in self.left_out.items():
@@ -85,7 +85,7 @@ class FaultCampaign(Result):
 
 def _describe_fault(row: Row) -> str:
     names = ", ".join(f"{name} {count}" for name, count in row["named"].items()) or "not identified"
-    safe = (
+    safe_text = (
         "never safe" if row["safe_after"] is None else f"safe after {show(row['safe_after'], 's')}"
     )
     if row["deadline"] is None:
@@ -93,8 +93,8 @@ def _describe_fault(row: Row) -> str:
     else:
         verdict = "met" if row["met"] else f"MISSED {row['missed']}"
         promise = f"deadline {show(row['deadline'], 's')}, {verdict}"
-    left = show(row["vacuum_after"], "Pa")
-    return f"{safe}, {promise}, {left} left, {names}, {row['runs']} runs"
+    vacuum_left = show(row["vacuum_after"], "Pa")
+    return f"{safe_text}, {promise}, {vacuum_left} left, {names}, {row['runs']} runs"
 
 
 @result
@@ -149,9 +149,9 @@ def bench_faults(
     )
     healthy = [trial for trial in record.trials if trial.plan.name == NOTHING]
     rows = [
-        summarise_fault(name, mine)
+        summarise_fault(name, kind_trials)
         for name in KINDS
-        if (mine := [trial for trial in record.trials if trial.plan.name == name])
+        if (kind_trials := [trial for trial in record.trials if trial.plan.name == name])
     ]
     notices = [
         Notice(f"{t.plan.name}: {t.trouble}", "run-broken") for t in record.trials if t.trouble

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 
 from layerjam.bench.commands.regulator import RegulatorSettings, make_regulator
-from layerjam.brake.commands.arguments import Atmosphere, BrakeInput, Seed
+from layerjam.brake.commands.arguments import Atmosphere, BrakeInput, Interval, Seed
 from layerjam.brake.commands.lines import LineInput
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.simulate.quantities import CROSSHEAD_SPEED, DURATION, FORCE
@@ -115,14 +115,16 @@ def follow(
     model_error: Annotated[float, MODEL_ERROR] = 1.0,
     seed: Annotated[Seed, Help("Random seed for the sensor noise.")] = 0,
     atmosphere: Atmosphere = None,
+    interval: Interval = "next",
 ) -> FollowedForce:
     """Make a sliding brake's force follow a profile, and report where this is impossible.
 
     The profile varies between the forces `low` and `high` with a `period` while the brake slips at
-    `speed`, or it is a file with time, force and slip. The errors have no interval: `model_error`
-    shows the effect of a friction that differs.
+    `speed`, or it is a file with time, force and slip. The controller assumes the brake of the
+    file. The next brake differs from it, so the intervals of the errors may lie above their values.
     """
     from layerjam.bench.control.follow import follow as run
+    from layerjam.bench.control.follow import spread_errors
     from layerjam.brake.simulate.prediction import Prediction
     from layerjam.brake.simulate.speed import list_pull_notices
 
@@ -139,11 +141,11 @@ def follow(
     record = run(regulator, device, target, slip, brake=true, slip_noise=slip_noise, seed=seed)
     paces = np.abs(np.gradient(slip, regulator.sample_time))
     frequencies = _find_response(regulator, device, true, target, slip, seed)
-    greatest = float(record.loop.vacuum.max())
-    prediction = Prediction(brake, greatest, float(np.max(slip)), float(paces.max()))
+    greatest, is_mean = float(record.loop.vacuum.max()), interval == "mean"
+    prediction = Prediction(brake, greatest, slip.max(), paces.max(), of_mean=is_mean)
     return FollowedForce.create(
         *(record.loop, frequencies, regulator),
-        **prediction.state(),
+        **prediction.state(**spread_errors(record, true, paces, prediction)),
         rms_error=record.rms,
         greatest_error=float(np.abs(record.error).max()),
         possible=float(record.possible.mean()),

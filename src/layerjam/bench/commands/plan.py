@@ -163,7 +163,7 @@ class CollisionPlan(Judged, PredictionResult):
         """Return the text of a quantity that must not be rounded down; None for any other."""
         key = name.replace(" ", "_")
         if key not in LEAST_SIZES or (key == "tuned_vacuum" and self.tuned_capped):
-            return None  # a limited value is the vacuum that is reached
+            return None  # a capped value is the vacuum that is reached
         limit = math.inf
         if key == "standing_needed":
             limit = self.reachable
@@ -241,21 +241,21 @@ def plan(
     plan = plan_stop(
         brake, line.line, case, stored=reservoir, water=water, leaks=leak_time is not None
     )
-    full, later = _predict_spreads(plan, samples, seed)
-    prediction_fields = _predict_intervals(plan, full, confidence, seed)
-    fine, build = plan.full.stops_within(travel), _suggest_build(plan)
-    checks = checks_of_plan(plan, full.beyond, prediction_fields["safe_vacuum"], confidence)
+    full_spread, later_spread = _predict_spreads(plan, samples, seed)
+    prediction_fields = _predict_intervals(plan, full_spread, confidence, seed)
+    is_enough, build = plan.full.stops_within(travel), _suggest_build(plan)
+    checks = checks_of_plan(plan, full_spread.beyond, prediction_fields["safe_vacuum"], confidence)
     return CollisionPlan.create(
         case,
         plan,
         judge(checks, accept),
         prediction_fields,
         *_collect_stop_records(plan),
-        {**_collision_probabilities(full, later), "seed": seed},
+        {**_collision_probabilities(full_spread, later_spread), "seed": seed},
         _suggest_sizes(plan, build),
         _compute_energies(plan),
-        feasible=fine,
-        reason=None if fine else _failure_reason(plan),
+        feasible=is_enough,
+        reason=None if is_enough else _failure_reason(plan),
         reachable=highest,
         tuned_capped=plan.capped,
         warnings=[*line.warnings(), *brake.warnings(), *list_plan_notices(plan, build)],
@@ -265,11 +265,11 @@ def plan(
 
 def _collect_stop_records(plan: Plan) -> tuple[Any, ...]:
     """Return both stops, and the iteration of each stop with the vacuum line."""
-    full, tuned_coupling = plan.full.coupled, plan.tuned.coupled
+    full_coupling, tuned_coupling = plan.full.coupled, plan.tuned.coupled
     later_stop = add_prefix(
         "tuned_", plan.tuned, tuned_coupling, add_prefix("coupling_", tuned_coupling)
     )
-    return plan.full, full, add_prefix("coupling_", full), later_stop
+    return plan.full, full_coupling, add_prefix("coupling_", full_coupling), later_stop
 
 
 def _add_leak(line: LineFile, leak_time: Any, water: bool) -> LineFile:
@@ -299,11 +299,11 @@ def _check_arrival(case: Arrival, line: LineFile, brake: BrakeFile, water: bool)
     """Return the line's highest vacuum [Pa]; raises QuantityError for contradictory options."""
     from layerjam.brake.fluid.closed_forms import reachable_vacuum
 
-    ours, theirs = line.line.site.atmosphere, brake.brake.site.atmosphere
-    if ours != theirs:
+    outside, inside = line.line.site.atmosphere, brake.brake.site.atmosphere
+    if outside != inside:
         raise QuantityError.of(
             "atmosphere",
-            f"{show(ours, 'Pa', 6)} in the line {line.name} and {show(theirs, 'Pa', 6)} "
+            f"{show(outside, 'Pa', 6)} in the line {line.name} and {show(inside, 'Pa', 6)} "
             f"in the brake {brake.name}; give that of your site",
         )
     if water:
@@ -351,8 +351,8 @@ def _suggest_build(plan: Plan) -> Build | None:
     """Return possible changes if stopping needs a higher vacuum than is reached in time."""
     from layerjam.bench.control.plan_build import suggest_sizes
 
-    stops = plan.full.stops_within(plan.case.travel)
-    if stops or plan.needed is None or plan.needed <= plan.reached:
+    is_enough = plan.full.stops_within(plan.case.travel)
+    if is_enough or plan.needed is None or plan.needed <= plan.reached:
         return None
     return suggest_sizes(plan.standby, plan.needed, plan.case.warning)
 
@@ -361,10 +361,10 @@ def _predict_spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Sprea
     """Return the spread of collisions at the full vacuum reached in time and the tuned vacuum."""
     from layerjam.bench.control.plan_spread import predict_spread
 
-    full = predict_spread(plan.reached, plan.brake, plan.case, samples, seed)
+    full_spread = predict_spread(plan.reached, plan.brake, plan.case, samples, seed)
     if plan.capped:
-        return full, full
-    return full, predict_spread(plan.tuned.vacuum, plan.brake, plan.case, samples, seed)
+        return full_spread, full_spread
+    return full_spread, predict_spread(plan.tuned.vacuum, plan.brake, plan.case, samples, seed)
 
 
 def _predict_intervals(plan: Plan, full: Spread, confidence: float, seed: int) -> dict[str, Any]:
@@ -372,15 +372,15 @@ def _predict_intervals(plan: Plan, full: Spread, confidence: float, seed: int) -
     from layerjam.bench.control.plan_spread import find_safe_vacuum
     from layerjam.brake.simulate.prediction import Prediction
 
-    safe = find_safe_vacuum(plan, confidence, seed)
+    safe_vacuum = find_safe_vacuum(plan, confidence, seed)
     prediction = Prediction(plan.brake, plan.reached, plan.case.travel, plan.case.speed)
     stop_samples = {"slip": full.slip, "peak_force": full.peak_force}
-    state = prediction.state(needed=safe.least_vacuums, **stop_samples)
-    return {"safe_vacuum": safe.vacuum, "confidence": confidence, **state}
+    state = prediction.state(needed=safe_vacuum.least_vacuums, **stop_samples)
+    return {"safe_vacuum": safe_vacuum.vacuum, "confidence": confidence, **state}
 
 
 def _collision_probabilities(full: Spread, later: Spread) -> dict[str, float]:
-    """Return the expected peaks and probabilities of both stops, and the larger error."""
+    """Return the mean peaks and probabilities of both stops, and the larger sampling error."""
     out: dict[str, float] = {
         "samples": full.tried,
         "expected_g_error": max(full.peak_g_error, later.peak_g_error),
@@ -398,10 +398,10 @@ def _suggest_sizes(plan: Plan, build: Build | None) -> dict[str, Any]:
     from layerjam.brake.mechanics.pull import brake_force
 
     enough = "not needed: the vacuum is reached in time"
-    none = Size(None, NO_VACUUM if plan.needed is None else enough)
+    no_size = Size(None, NO_VACUUM if plan.needed is None else enough)
     out: dict[str, Any] = {}
     for name in ("warning", "reservoir", "conductance", "standing"):
-        size = none if build is None else getattr(build, name)
+        size = no_size if build is None else getattr(build, name)
         out[f"{name}_needed"], out[f"{name}_needed_reason"] = size.value, size.reason
     if build is not None:
         out["reservoir_conductance"] = build.conductance_used

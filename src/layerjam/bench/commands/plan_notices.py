@@ -31,11 +31,11 @@ def list_plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
         "chances",
     )
     if tank is not None and tank.delay >= case.warning:
-        late = (
+        late_note = (
             f"the reservoir valve opens after {show(tank.delay, 's')}, when the mass has "
             "already arrived"
         )
-        yield Notice(late, "reservoir-late")
+        yield Notice(late_note, "reservoir-late")
     if (tank is not None or build is not None) and standby.stored is None and not standby.water:
         yield Notice(
             f"reservoir: evacuated to {show(final_pressure(line), 'Pa')} absolute before the "
@@ -61,5 +61,7 @@ def list_plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
             "idle-vacuum-left",
         )
     if plan.rising.vacuum[-1] < case.standing * (1 - 1e-9):
-        falls = "the vacuum decreases during the warning: the leak exceeds the flow of the pump"
-        yield Notice(falls, "vacuum-falls")
+        decrease_note = (
+            "the vacuum decreases during the warning: the leak exceeds the flow of the pump"
+        )
+        yield Notice(decrease_note, "vacuum-falls")

@@ -144,8 +144,10 @@ def regulate(
     from layerjam.bench.control.detection import detection_times
 
     if (fault is None) != (fault_at is None):
-        given_name, missing = ("fault", "fault at") if fault_at is None else ("fault at", "fault")
-        raise QuantityError.of(missing, f"missing; required because {given_name} is given")
+        given_name, missing_name = (
+            ("fault", "fault at") if fault_at is None else ("fault at", "fault")
+        )
+        raise QuantityError.of(missing_name, f"missing; required because {given_name} is given")
     check_vacuum(target, line.line, "target")
     law, notices = make_regulator(line, target, settings)
     step_fit = None
@@ -165,7 +167,7 @@ def regulate(
         checks = [_check_fault_report(fault, injection, loop)]
     checks += [] if step_fit is None else step_fit.checks
     times = detection_times(law, target)
-    after = loop.fault_time - injection.at
+    detection_time = loop.fault_time - injection.at
     return Regulation.create(
         None if settings.kind == "bang-bang" else law.gains(),
         loop,
@@ -175,7 +177,7 @@ def regulate(
         fault=fault,
         fault_at=fault_at,
         broken=fault_text,
-        said_after=after if after >= 0 else None,
+        said_after=detection_time if detection_time >= 0 else None,
         reachable=law.plant.reach,
         time_constant=constant,
         duration=length,

@@ -183,20 +183,20 @@ def tune_from_step(
     first, last = check_window(options.start, options.end)
     old: Plant = regulator.plant
 
-    def identify(time: Array, absolute: Array, around: float) -> Identified:
-        inside = (time >= (-np.inf if first is None else first)) & (
+    def identify(time: Array, absolute: Array, atmosphere: float) -> Identified:
+        is_inside = (time >= (-np.inf if first is None else first)) & (
             time <= (np.inf if last is None else last)
         )
-        if inside.sum() < FEWEST:
-            count = int(inside.sum())
+        if is_inside.sum() < FEWEST:
+            count = int(is_inside.sum())
             raise FitError(
                 f"{count_text(count, 'sample')} between --from and --to; {FEWEST} are needed"
             )
-        time, vacuum = time[inside], around - absolute[inside]
+        time, vacuum = time[is_inside], atmosphere - absolute[is_inside]
         try:
             if old.water:
                 return identify_water(time, vacuum, vent=old.vent, top=old.top, leak=old.leak)
-            return identify_air(time, vacuum, vent=old.vent, leak=old.leak, atmosphere=around)
+            return identify_air(time, vacuum, vent=old.vent, leak=old.leak, atmosphere=atmosphere)
         except FitError as error:
             raise FitError(
                 f"{error}; a step needs the pump at full power from rest (--from, --to)"

@@ -33,11 +33,11 @@ def shortest_moves(regulator: Regulator, vacuum: float) -> dict[str, float]:
     plant, sample = regulator.plant, regulator.sample_time
     share = 1.0 if regulator.kind == "bang-bang" else regulator.least_command
     run, vent = max(sample, regulator.minimum_on), max(sample, regulator.minimum_vent)
-    moves = {
+    move_times = {
         _describe_duration("pump", run, sample): share * float(plant.rise(vacuum)) * run,
         _describe_duration("vent", vent, sample): float(plant.fall(vacuum)) * vent,
     }
-    return dict(sorted(moves.items(), key=lambda move: -move[1]))
+    return dict(sorted(move_times.items(), key=lambda move: -move[1]))
 
 
 def _describe_duration(actor: str, time: float, sample: float) -> str:
@@ -83,12 +83,12 @@ def regulation_checks(regulator: Regulator, target: float, loop: "ClosedLoop") -
 
 def _check_ripple(regulator: Regulator, target: float, ripple: float) -> Check:
     band = idle_band(regulator)
-    fine = ripple <= RIPPLE * band and ripple <= SWING * target
+    is_small = ripple <= RIPPLE * band and ripple <= SWING * target
     sentence = (
         f"the vacuum swings by {show(ripple, 'Pa')}, {ripple / target:.0%} of the target and "
         f"{ripple / band:.2g} times the controller's own band of {show(band, 'Pa')}"
     )
-    if fine:
+    if is_small:
         return check("ripple", True, sentence)
     cause, move = next(iter(shortest_moves(regulator, target).items()))
     advice = "; the gains, or the lag of sensor and tube, cause the oscillation"

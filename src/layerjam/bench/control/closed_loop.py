@@ -130,10 +130,10 @@ def simulate_runs(
     """
     loop_of = _Loop(regulator, plant, sensor, injected or FaultInjection())
     course = loop_of.make_course(targets, duration, steady)
-    out, none = np.zeros((runs, len(COLUMNS))), np.zeros((0, 6))
-    # one task per run, so that cores share the work evenly and Ctrl-C waits only for started runs
+    out, no_events = np.zeros((runs, len(COLUMNS))), np.zeros((0, 6))
+    # one task per run: cores share the work evenly, and Ctrl-C waits only for started runs
     with Workers() as pool:
-        task = functools.partial(loop_of.run, course, seed, history=none)
+        task = functools.partial(loop_of.run, course, seed, history=no_events)
         deque(pool.map(task, range(runs), out), maxlen=0)
     return Runs(**dict(zip(COLUMNS, out.T, strict=True)))
 

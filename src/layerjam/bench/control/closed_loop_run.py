@@ -87,9 +87,9 @@ def run_loop(
     `closed_loop.Runs`; a sample has six numbers, see `closed_loop.ClosedLoop`.
     """
     dt, lag = course.dt, course.lag
-    left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
+    lag_gain = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
     vacuum = side = gauge = reading = total = pump_time = 0.0
-    least, greatest, overshoot, fault_time = math.inf, -math.inf, -math.inf, math.nan
+    lowest, highest, overshoot, fault_time = math.inf, -math.inf, -math.inf, math.nan
     low, high = math.nan, math.nan
     phase, stage, target = 0, 0, course.levels[0]
     state = fresh()
@@ -112,18 +112,18 @@ def run_loop(
             fault_time = n * dt
         if n >= course.steady:
             total += vacuum - target
-            least, greatest = min(least, vacuum), max(greatest, vacuum)
-        factors = step_factors(plants[case], pump, float(vent), dt, lag, left)
-        after, side, gauge = advance_plant(
-            vacuum, side, gauge, factors, plants[case], dt, lag, left
+            lowest, highest = min(lowest, vacuum), max(highest, vacuum)
+        factors = step_factors(plants[case], pump, float(vent), dt, lag, lag_gain)
+        vacuum_after, side, gauge = advance_plant(
+            vacuum, side, gauge, factors, plants[case], dt, lag, lag_gain
         )
         if n < course.ends[0]:
-            if low != low and after >= 0.1 * target:
-                low = find_crossing(n, 0.1 * target, vacuum, after)
-            if high != high and after >= 0.9 * target:
-                high = find_crossing(n, 0.9 * target, vacuum, after)
-            overshoot = max(overshoot, after - target)
-        vacuum = after
+            if low != low and vacuum_after >= 0.1 * target:
+                low = find_crossing(n, 0.1 * target, vacuum, vacuum_after)
+            if high != high and vacuum_after >= 0.9 * target:
+                high = find_crossing(n, 0.9 * target, vacuum, vacuum_after)
+            overshoot = max(overshoot, vacuum_after - target)
+        vacuum = vacuum_after
         phase += 1
         if phase >= course.ends[stage]:
             stage += 1
@@ -132,6 +132,6 @@ def run_loop(
             target = course.levels[stage]
     drive, memory = state
     out[0], out[1] = (high - low) * dt, overshoot
-    out[2], out[3] = total / max(course.samples - course.steady, 1), greatest - least
+    out[2], out[3] = total / max(course.samples - course.steady, 1), highest - lowest
     out[4], out[5], out[6] = pump_time * dt, drive[5], drive[6]
     out[7], out[8] = memory[13], fault_time

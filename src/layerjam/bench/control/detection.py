@@ -52,14 +52,14 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
     """
     dt, lag = regulator.sample_time, regulator.longest_lag
     trials = _Trials(regulator)
-    none = trials.longest_time(vacuum, FaultInjection(pump=0.0))
+    healthy_time = trials.longest_time(vacuum, FaultInjection(pump=0.0))
     stuck = max(regulator.samples(regulator.stuck_time), 50) * dt
     return {
         "NOT_A_NUMBER": dt,
         "SENSOR_OUT_OF_RANGE": (regulator.confirm + 1) * dt,
-        "SENSOR_STUCK": stuck + dt if regulator.is_noisy else none,
+        "SENSOR_STUCK": stuck + dt if regulator.is_noisy else healthy_time,
         "SENSOR_OFFSET": regulator.settling_time + (regulator.confirm + 2) * dt + 8 * lag,
-        "NO_VACUUM": none,
+        "NO_VACUUM": healthy_time,
         "WEAK_PUMP": trials.longest_time(vacuum, FaultInjection(pump=regulator.weak_ratio / 2)),
         "LINE_BLOCKED": max(
             trials.longest_time(
@@ -115,17 +115,19 @@ class _Trials:
         dt, zero_error, (zero, lag) = regulator.sample_time, regulator.zero_error, shift
         fault, plant, rates = broken
         is_blocked, vacuum = fault.volume < 1, min(max(shows - zero, 0.0), plant.top)
-        least = law.healthy_rise(1.0, shows + zero_error, watch[0], *watch[1:3], *watch[18:21]) / dt
+        healthy_rise = (
+            law.healthy_rise(1.0, shows + zero_error, watch[0], *watch[1:3], *watch[18:21]) / dt
+        )
         loss = plant.leak * max(shows, 0.5 * plant.top)
-        net = least - loss
+        net = healthy_rise - loss
         if not net > loss:
             return math.inf
-        long = (
+        slow_time = (
             FINE * fault.volume / plant.rate
             if is_blocked
             else regulator.detection_threshold / net / WINDOW
         )
-        step = max(dt, long)
+        step = max(dt, slow_time)
         watch = self.strict(step)
         pump_pressure = vacuum
         if ran and plant.passage is not None:

@@ -42,8 +42,10 @@ def run_loop(
     """Call `closed_loop_run.run_loop`; `history` has a row for each sample, or no row."""
     library, rows = _load_library(), len(history)
     if library is None:
-        flat = history.reshape(-1)
-        closed_loop_run.run_loop(key, settings, plants, chains, course, LAYERS, out, rows, flat)
+        flat_history = history.reshape(-1)
+        closed_loop_run.run_loop(
+            key, settings, plants, chains, course, LAYERS, out, rows, flat_history
+        )
         return
     library.lj_run_loop(
         key, _pack_numbers(*settings[0], *settings[1]), _pack_records(_RATES, plants),
@@ -66,12 +68,12 @@ def run_trial(
         return trial.run_trial(plant, watch, memory, *vacuums, *course, offset)
     rates, settings, state, out = (array("d", row) for row in (plant, watch, memory, (0.0, 0.0)))
     library.lj_run_trial(
-        *map(_address, (rates, settings, state)), *vacuums, *course, offset, _address(out)
+        *map(_get_address, (rates, settings, state)), *vacuums, *course, offset, _get_address(out)
     )
     return out[0], out[1]
 
 
-def _address(numbers: "array[float]") -> int:
+def _get_address(numbers: "array[float]") -> int:
     return numbers.buffer_info()[0]
 
 

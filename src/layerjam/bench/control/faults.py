@@ -76,16 +76,16 @@ def make_injection(
         share = regulator.weak_ratio / 2
         return FaultInjection(at=start, pump=share), f"the pump delivers {share:.0%} of its flow"
     if fault == "line-blocked":
-        left = 1 / (2 * regulator.blocked_ratio)
+        remaining_share = 1 / (2 * regulator.blocked_ratio)
         return FaultInjection(
-            at=start, volume=left
-        ), f"the line is blocked; {left:.1%} of its volume remains"
+            at=start, volume=remaining_share
+        ), f"the line is blocked; {remaining_share:.1%} of its volume remains"
     if fault == "leak":
-        half = target / 2
-        total = plant.rate * (plant.top - plant.weight * half) / half
-        extra = max(total - plant.leak, 0.0)
-        return FaultInjection(at=start, leak=extra), (
-            f"a leak opens; at full power the pump holds only {show(half, 'Pa')}"
+        half_target = target / 2
+        total = plant.rate * (plant.top - plant.weight * half_target) / half_target
+        extra_leak = max(total - plant.leak, 0.0)
+        return FaultInjection(at=start, leak=extra_leak), (
+            f"a leak opens; at full power the pump holds only {show(half_target, 'Pa')}"
         )
     if fault == "sensor-offset":
         value = OFFSET * regulator.largest_zero

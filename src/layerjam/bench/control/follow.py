@@ -19,13 +19,16 @@ from layerjam.bench.control.closed_loop import ClosedLoop, simulate_run
 from layerjam.bench.control.plant import Plant
 from layerjam.bench.control.settings import Regulator
 from layerjam.brake.device.brake import Brake
-from layerjam.brake.mechanics.effects import fix_speed
 from layerjam.brake.mechanics.pull import brake_force, force_limits, vacuum_for_force
+from layerjam.brake.mechanics.speed_effects import fix_speed
+from layerjam.brake.simulate.prediction import Prediction
 from layerjam.core.brief import brief
 from layerjam.core.errors import QuantityError
 from layerjam.core.evolve import evolve
 from layerjam.core.units import show
 
+SPREAD_SAMPLES, SPREAD_POINTS = 400, 4000
+"""Number of brakes and of times for the scatter of the errors."""
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 LEAST = 1.0
@@ -87,29 +90,29 @@ def target_vacuums(
     quasi-static.
     """
     count = len(slip)
-    wide = _pad_values(slip)
-    moving = fix_speed(np.zeros_like(wide) if pace is None else _pad_values(pace), brake)
-    low, high = (np.asarray(f)[:count] for f in force_limits(wide, moving))
-    vacuum = np.asarray(vacuum_for_force(_pad_values(forces), wide, moving))[:count]
-    full = min(highest, brake.site.atmosphere)
-    few = forces < low
-    much = ~few & ~(vacuum <= highest)
+    padded_slip = _pad_values(slip)
+    moving = fix_speed(np.zeros_like(padded_slip) if pace is None else _pad_values(pace), brake)
+    low, high = (np.asarray(f)[:count] for f in force_limits(padded_slip, moving))
+    vacuum = np.asarray(vacuum_for_force(_pad_values(forces), padded_slip, moving))[:count]
+    full_vacuum = min(highest, brake.site.atmosphere)
+    is_too_low = forces < low
+    much = ~is_too_low & ~(vacuum <= highest)
     reasons = []
-    if few.any():
-        i = int(np.argmax(few))
+    if is_too_low.any():
+        i = int(np.argmax(is_too_low))
         reasons.append(
             f"{show(float(forces[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is below "
             f"the enclosure's own force, {show(float(low[i]), 'N')}"
         )
     if much.any():
         i = int(np.argmax(much))
-        top = float(np.asarray(brake_force(wide, full, moving))[i])
+        top = float(np.asarray(brake_force(padded_slip, full_vacuum, moving))[i])
         reasons.append(
             f"{show(float(forces[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} exceeds "
             f"the brake's force at {show(highest, 'Pa')}, {show(min(top, float(high[i])), 'N')}"
         )
-    target = np.where(few, LEAST, np.where(much, highest, vacuum))
-    return np.maximum(target, LEAST), ~(few | much), reasons
+    target = np.where(is_too_low, LEAST, np.where(much, highest, vacuum))
+    return np.maximum(target, LEAST), ~(is_too_low | much), reasons
 
 
 def check_slew(targets: Array, dt: float, plant: Plant) -> tuple[Mask, list[str]]:
@@ -117,17 +120,17 @@ def check_slew(targets: Array, dt: float, plant: Plant) -> tuple[Mask, list[str]
     middle = (targets[1:] + targets[:-1]) / 2
     rate = np.diff(targets) / dt
     up, down = plant.rise(middle), plant.fall(middle)
-    fine = np.append((rate <= up) & (-rate <= down), True)
+    can_follow = np.append((rate <= up) & (-rate <= down), True)
     reasons = []
-    for fast, limit, actor in ((rate > up, up, "pump"), (-rate > down, down, "vent")):
-        if fast.any():
-            i = int(np.argmax(fast))
+    for is_too_fast, limit, actor in ((rate > up, up, "pump"), (-rate > down, down, "vent")):
+        if is_too_fast.any():
+            i = int(np.argmax(is_too_fast))
             reasons.append(
                 f"at {show(i * dt, 's')} the vacuum would have to change by "
                 f"{show(abs(float(rate[i])), 'Pa')} per second, but the {actor} achieves "
                 f"{show(float(limit[i]), 'Pa')}"
             )
-    return fine, reasons
+    return can_follow, reasons
 
 
 def follow(
@@ -170,7 +173,7 @@ def follow(
     )
     paces = np.abs(np.gradient(slip, dt)) if pace is None else np.full_like(slip, pace)
     clean, is_held, reasons = target_vacuums(wanted, slip, model, highest, paces)
-    fine, slow = check_slew(clean, dt, regulator.plant)
+    can_follow, slew_reasons = check_slew(clean, dt, regulator.plant)
     targets, _, _ = target_vacuums(wanted, readings, model, highest, paces)
     regulator = evolve(regulator, plant=regulator.plant.tune_up_to(float(targets.max())))
     loop = simulate_run(
@@ -178,7 +181,29 @@ def follow(
     )
     true = fix_speed(_pad_values(paces), brake or model)
     force = np.asarray(brake_force(_pad_values(slip), _pad_values(loop.vacuum), true))[: len(slip)]
-    return Following(loop, wanted, force, slip, is_held & fine, (*reasons, *slow))
+    return Following(loop, wanted, force, slip, is_held & can_follow, (*reasons, *slew_reasons))
+
+
+def spread_errors(
+    record: Following, brake: Brake, paces: Array, conditions: Prediction
+) -> dict[str, Array]:
+    """Return the errors [N] of a run for samples of the true brake, by the keys of `follow`.
+
+    `brake` is the average one, `paces` [m/s] are the sliding speeds, shape (N,). The vacuum does
+    not depend on the brake, so it is that of the record.
+    """
+    length = len(record.slip)
+    places = np.linspace(0, length - 1, min(length, SPREAD_POINTS)).round().astype(int)
+    vacuum, slip, pace = record.loop.vacuum[places], record.slip[places], paces[places]
+    moving = fix_speed(pace, brake)
+    numbers: dict[str, Any] = {"vacuum": vacuum, "slip": slip, "speed": pace, "device": moving}
+    prediction = evolve(conditions, **numbers, samples=SPREAD_SAMPLES)
+    force = np.asarray(brake_force(slip, vacuum, prediction.brakes))
+    error = force - record.wanted[places]
+    return {
+        "rms_error": np.sqrt(np.mean(error**2, axis=-1)),
+        "greatest_error": np.abs(error).max(axis=-1),
+    }
 
 
 @brief
@@ -195,10 +220,10 @@ class Bode:
     @property
     def bandwidth(self) -> float | None:
         """Return the frequency [Hz] at which the magnitude falls to 1/sqrt(2), or None."""
-        below = np.flatnonzero(self.magnitude < 2**-0.5)
-        if not len(below):
+        indices_below = np.flatnonzero(self.magnitude < 2**-0.5)
+        if not len(indices_below):
             return None
-        i = int(below[0])
+        i = int(indices_below[0])
         if i == 0:
             return float(self.frequency[0])
         a, b = np.log(self.magnitude[i - 1 : i + 1])
@@ -230,9 +255,9 @@ def bode_response(
         time = np.arange(count) * dt
         turn = 2 * np.pi * frequency * time
         run = follow(regulator, model, mean + amplitude * np.sin(turn), np.full(count, slip), **how)
-        late = time >= time[-1] - (CYCLES / 2) / frequency
-        basis = np.column_stack([np.sin(turn), np.cos(turn), np.ones(count)])[late]
-        (real, imaginary, _), *_ = np.linalg.lstsq(basis, run.force[late], rcond=None)
+        is_late = time >= time[-1] - (CYCLES / 2) / frequency
+        basis = np.column_stack([np.sin(turn), np.cos(turn), np.ones(count)])[is_late]
+        (real, imaginary, _), *_ = np.linalg.lstsq(basis, run.force[is_late], rcond=None)
         ratios.append(complex(real, imaginary) / amplitude)
     response = np.array(ratios)
     phase = np.degrees(np.unwrap(np.angle(response)))

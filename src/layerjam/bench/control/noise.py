@@ -91,9 +91,9 @@ def _draw_from_tail(word: Word, layers: Layers) -> float:
                 if -2.0 * math.log(uniform(word)) >= excess * excess:
                     return EDGE + excess if place > 0.0 else -EDGE - excess
         word = mix_bits((word + GOLDEN) & MASK)
-        after = layers.edges[layer + 1]
+        next_edge = layers.edges[layer + 1]
         high = math.exp(-0.5 * (edge * edge - x * x))
-        low = math.exp(-0.5 * (after * after - x * x))
+        low = math.exp(-0.5 * (next_edge * next_edge - x * x))
         if low + uniform(word) * (high - low) < 1.0:
             return x
         word = mix_bits((word + GOLDEN) & MASK)

@@ -62,9 +62,9 @@ class Passage:
 
     def pump_pressure(self, p: Any, rate: Any, lowest: float) -> Any:
         """Return the pressure at the pump [Pa] at which it draws the flow that arrives from p."""
-        half = rate / (2 * self.passes)
-        square = p * p + 2 * half * lowest + half * half
-        return (p * p + 2 * half * lowest) / (np.sqrt(square) + half)
+        half_flow = rate / (2 * self.passes)
+        square = p * p + 2 * half_flow * lowest + half_flow * half_flow
+        return (p * p + 2 * half_flow * lowest) / (np.sqrt(square) + half_flow)
 
     def rise(self, vacuum: Any, rate: Any, top: float) -> Any:
         """Return the rise of the chamber's vacuum [Pa/s] while a pump with this rate runs."""
@@ -95,8 +95,8 @@ class Passage:
             np.linspace(0.0, min(self.vacuum, owed.top), GRID),
             _pump_commands(switched),
         )
-        late = self.pump_lag(command * rate, a - vacuum) - self.pump_lag(rate, a)
-        return float((owed.rise_at(vacuum, command) * late).max())
+        delay = self.pump_lag(command * rate, a - vacuum) - self.pump_lag(rate, a)
+        return float((owed.rise_at(vacuum, command) * delay).max())
 
     def filling_time(self, vacuum: float) -> float:
         """Return the time constant [s] of the chamber filling or emptying through the tube."""
@@ -131,8 +131,8 @@ def owed_rise(passage: Passage, rate: float, top: float, switched: bool = False)
     """
     deepest = min(passage.vacuum, (1 - DEEPEST) * top)
     vacuum = np.linspace(0.0, deepest, GRID)
-    full, unheld = passage.rise(vacuum, rate, top), rate / (1 + passage.volume)
-    bend, slope, limit = np.polyfit(vacuum / top, full, 2, w=1 / full)
+    full_rise, unheld = passage.rise(vacuum, rate, top), rate / (1 + passage.volume)
+    bend, slope, limit = np.polyfit(vacuum / top, full_rise, 2, w=1 / full_rise)
     fit = Owed(unheld, top, 1.0, float(limit), float(-slope / top), float(bend / top**2))
     commands = _pump_commands(switched)
     ratio = passage.rise(vacuum, commands * rate, top) / fit.rise_at(vacuum, commands)

@@ -19,8 +19,8 @@ from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.fluid.line import Line
 from layerjam.brake.fluid.network import CHAMBER, Drive, Response
-from layerjam.brake.mechanics.effects import depends_on_speed
 from layerjam.brake.mechanics.limits import sheet_stress
+from layerjam.brake.mechanics.speed_effects import depends_on_speed
 from layerjam.brake.mechanics.stop.exact import NEVER_SLID, STOPPED, Stop, stop
 from layerjam.brake.mechanics.stop.paced_tune import is_held
 from layerjam.brake.simulate.coupled import CoupledStop, coupled_drop
@@ -138,8 +138,8 @@ def predict_stop(
         )
         result = coupling.timed
     outcome = OUTCOMES[int(result.outcome)] if coupling is None else coupling.timed.outcome
-    snaps, weight = outcome is Outcome.SNAPS, case.mass * file.brake.site.gravity
-    numbers = {name: math.nan if snaps else float(getattr(result, name)) for name in NUMBERS}
+    has_snapped, weight = outcome is Outcome.SNAPS, case.mass * file.brake.site.gravity
+    numbers = {name: math.nan if has_snapped else float(getattr(result, name)) for name in NUMBERS}
     peak_g = numbers["peak_force"] / weight if weight else math.nan
     return Mode(vacuum=vacuum, **numbers, peak_g=peak_g, outcome=outcome, coupled=coupling)
 
@@ -196,12 +196,14 @@ def plan_stop(
     edge = need is not None and _is_on_knife_edge(file, case, need)
     opened = line.reservoir is not None and line.reservoir.delay < case.warning
     drive = Drive(store=1.0 if opened else 0.0)
-    full = tuned_mode = predict_stop(file, case, vacuum, During(line, drive, state, leaks), water)
+    full_stop = tuned_mode = predict_stop(
+        file, case, vacuum, During(line, drive, state, leaks), water
+    )
     capped = need is None or need >= vacuum
     if need is not None and not capped:
-        least = standby.vacuum_after_venting(case.warning) if need < case.standing else 0.0
+        lowest = standby.vacuum_after_venting(case.warning) if need < case.standing else 0.0
         shut = During(line, Drive(pump=0.0), leaks=leaks)
-        tuned_mode = predict_stop(file, case, max(need, least), shut, water)
+        tuned_mode = predict_stop(file, case, max(need, lowest), shut, water)
     return Plan(
         case=case,
         brake=file,
@@ -209,7 +211,7 @@ def plan_stop(
         rising=rising,
         reached=vacuum,
         needed=need,
-        full=full,
+        full=full_stop,
         tuned=tuned_mode,
         capped=capped,
         knife_edge=edge,
@@ -221,7 +223,7 @@ def checks_of_plan(
 ) -> Iterator[Check]:
     """Yield the checks of a plan.
 
-    `chance` is the probability of exceeding the travel, and `safe` the vacuum [Pa] at which it is
+    `chance` is that of exceeding the travel, and `safe` the vacuum [Pa] at which it is
     no more than 1 - `confidence`, None if there is none.
     """
     if plan.needed is not None:
@@ -232,10 +234,10 @@ def checks_of_plan(
     yield check("chance", chance <= limit + 1e-12, sentence, f", more than {limit * 100:.4g}%")
 
 
-def _check_knife_edge(plan: Plan, least: float, safe: float | None, confidence: float) -> Check:
+def _check_knife_edge(plan: Plan, lowest: float, safe: float | None, confidence: float) -> Check:
     """Return the check that slightly less than the planned vacuum still stops the mass."""
     atmosphere = plan.brake.brake.site.atmosphere
-    vacuum = show_at_least(least, "Pa", atmosphere)
+    vacuum = show_at_least(lowest, "Pa", atmosphere)
     if not plan.knife_edge:
         return check("knife edge", True, f"the stop hardly changes just below {vacuum}")
     sentence = f"at {vacuum} the mass barely comes to rest; with 1 ppm less vacuum it does not"
@@ -259,6 +261,3 @@ def _check_strength(plan: Plan) -> Iterator[Check]:
         f"{show(limit, 'Pa')} is allowed"
     )
     yield check("sheet strength", stress <= limit, sentence, ": they stretch or tear", "failed")
-
-
-plan_checks = checks_of_plan  # former name

@@ -126,8 +126,8 @@ def _size_tank(
     root = least_root(pressure_excess, spec.lo, high)
     if root is not None:
         return Size(root)
-    short, limit = show(-pressure_excess(high), "Pa"), show(high, spec.unit)
-    return Size(None, f"even a {phrase} {limit} falls {short} short in that time")
+    shortfall, limit = show(-pressure_excess(high), "Pa"), show(high, spec.unit)
+    return Size(None, f"even a {phrase} {limit} falls {shortfall} short in that time")
 
 
 def _size_warning(standby: Standby, vacuum: float) -> Size:

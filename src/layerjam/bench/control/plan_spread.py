@@ -23,8 +23,9 @@ from layerjam.brake.simulate.prediction import (
     change_numbers,
     draw_levels,
     find_quantiles,
+    log_normal,
 )
-from layerjam.brake.simulate.safe_vacuum import SafeVacuum, count_samples
+from layerjam.brake.simulate.safe_vacuum import SafeVacuum
 from layerjam.core.evolve import evolve
 
 Array = npt.NDArray[np.float64]
@@ -54,12 +55,6 @@ class Spread(NamedTuple):
     """Slip [m] of each stop; infinite if it uses up the brake's travel."""
     peak_force: Array
     """Peak force [N] of each stop; infinite if it uses up the brake's travel."""
-
-
-def log_normal(normal: Array, mean: float, sd: float) -> Array:
-    """Return the values of a log-normal quantity for values of a standard normal one."""
-    width = np.sqrt(np.log1p((sd / mean) ** 2)) if sd else 0.0
-    return np.asarray(mean * np.exp(width * normal - width**2 / 2))
 
 
 def _cube_size(samples: int) -> int:
@@ -110,19 +105,21 @@ def predict_spread(
     pace = np.asarray(result.end_speed)[~stands]
     high = float(np.quantile(peak[stands], 0.95)) if stands.any() else float("nan")
     pace_left = float(np.nanmean(pace)) if np.isfinite(pace).any() else 0.0
-    least = 0.5 / mass.shape[1]  # the cubes share the quantiles of each quantity
-    late, out = (
-        _mean_and_error(exceeds.mean(axis=1), least),
-        _mean_and_error((~stands).mean(axis=1), least),
+    least_error = 0.5 / mass.shape[1]  # all hypercubes use the same quantiles
+    late_share, out = (
+        _mean_and_error(exceeds.mean(axis=1), least_error),
+        _mean_and_error((~stands).mean(axis=1), least_error),
     )
-    return Spread(*_mean_and_error(peaks, 0.0), high, *late, *out, pace_left, mass.size, *ends)
+    return Spread(
+        *_mean_and_error(peaks, 0.0), high, *late_share, *out, pace_left, mass.size, *ends
+    )
 
 
-def _mean_and_error(values: Array, least: float) -> tuple[float, float]:
-    """Return the mean over the hypercubes and its standard error, which is at least `least`."""
+def _mean_and_error(values: Array, min_error: float) -> tuple[float, float]:
+    """Return the mean over the hypercubes and its standard error, which is at least `min_error`."""
     if not np.isfinite(values).all():
         return float("nan"), float("nan")
-    return float(values.mean()), max(float(values.std(ddof=1)) / CUBES**0.5, least)
+    return float(values.mean()), max(float(values.std(ddof=1)) / CUBES**0.5, min_error)
 
 
 def find_safe_vacuum(plan: Plan, confidence: float, seed: int = SEED) -> SafeVacuum:
@@ -136,10 +133,8 @@ def find_safe_vacuum(plan: Plan, confidence: float, seed: int = SEED) -> SafeVac
         gravity=case.gravity,
         rope=case.rope_stiffness,
     )
-    vacuum = plan.needed or plan.reached
-    prediction = Prediction(
-        file, vacuum, case.travel, case.speed, samples=count_samples(mean_case), seed=seed
-    )
+    vacuum = tuned.tuning_vacuum(mean_case) or plan.needed or plan.reached
+    prediction = safe_vacuum.predict_decision(file, mean_case, vacuum)
     levels = draw_levels(prediction.samples, 2, seed + 1).T
     mass = log_normal(find_quantiles(levels[0]), case.mass, case.mass_sd)
     speed = log_normal(find_quantiles(levels[1]), case.speed, case.speed_sd)

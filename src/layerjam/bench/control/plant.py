@@ -109,8 +109,8 @@ class Plant:
         """Return the time constant [s] of the line with its tube at a vacuum [Pa]."""
         if self.passage is None:
             return 1 / (self.rate + self.leak)
-        slow = self.lumped_plant
-        return 1 / (slow.rate + slow.leak) + self.passage.filling_time(vacuum)
+        plant = self.lumped_plant
+        return 1 / (plant.rate + plant.leak) + self.passage.filling_time(vacuum)
 
 
 def linearise_line(line: Line, *, vacuum: float, water: bool = False) -> Plant:

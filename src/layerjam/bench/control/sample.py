@@ -23,8 +23,8 @@ def advance_plant(
     if plant.side > 0.0:  # the leak is at the chamber, not at the pump
         return advance(vacuum, side, gauge, a, b - plant.leak, plant, dt, lag)
     slope = a - b * vacuum
-    after = vacuum + slope * gain
-    if after > plant.top:
-        after, slope = plant.top, (plant.top - vacuum) / gain
-    shown = gauge + left * (vacuum - gauge) + slope * effect if lag > 0.0 else after
-    return after, side, shown
+    vacuum_after = vacuum + slope * gain
+    if vacuum_after > plant.top:
+        vacuum_after, slope = plant.top, (plant.top - vacuum) / gain
+    shown = gauge + left * (vacuum - gauge) + slope * effect if lag > 0.0 else vacuum_after
+    return vacuum_after, side, shown

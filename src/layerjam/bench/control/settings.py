@@ -161,28 +161,32 @@ class Regulator:
         """Half of the hysteresis of a bang-bang controller, or the dead band of others [Pa]."""
         if self.kind != "bang-bang":
             return self.sensor.resolution if self.dead_band is None else self.dead_band
-        least = 0.5 * CLEAR_OF_NOISE * self.sensor.noise + self.sensor.resolution
-        wide = max(0.01 * self.plant.top, least)
-        return 0.5 * (wide if self.hysteresis is None else self.hysteresis)
+        noise_limit = 0.5 * CLEAR_OF_NOISE * self.sensor.noise + self.sensor.resolution
+        band = max(0.01 * self.plant.top, noise_limit)
+        return 0.5 * (band if self.hysteresis is None else self.hysteresis)
 
     @property
     def vent_threshold(self) -> float:
         """Excess over the target at which the vent opens [Pa]."""
-        least = 2 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
+        noise_limit = 2 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
         plant, tube = self.plant, self.plant.passage
-        if tube is not None:  # some gas still flows into the emptied tube, and need not be vented
-            least += max(tube.rise_after_stop(tube.vacuum, plant.rate, plant.top), 0.0)
-        return max(0.01 * self.plant.top, least) if self.vent_band is None else self.vent_band
+        if (
+            tube is not None
+        ):  # gas still flows into the emptied tube, so a small excess need not be vented
+            noise_limit += max(tube.rise_after_stop(tube.vacuum, plant.rate, plant.top), 0.0)
+        return max(0.01 * self.plant.top, noise_limit) if self.vent_band is None else self.vent_band
 
     @property
     def detection_threshold(self) -> float:
         """Return the shortfall in rise [Pa] at which a dead pump is detected."""
-        least = CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
-        wide, tube = max(0.02 * self.plant.top, least), self.plant.passage
+        noise_limit = CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
+        band, tube = max(0.02 * self.plant.top, noise_limit), self.plant.passage
         if tube is not None:
-            late = tube.delayed_rise(self.plant.rate, self.owed_rise, self.kind == "bang-bang")
-            wide = max(wide, AT_START * late)
-        return wide if self.decision_step is None else self.decision_step
+            delayed_rise = tube.delayed_rise(
+                self.plant.rate, self.owed_rise, self.kind == "bang-bang"
+            )
+            band = max(band, AT_START * delayed_rise)
+        return band if self.decision_step is None else self.decision_step
 
     @property
     def greatest_noise(self) -> float:
@@ -226,9 +230,9 @@ class Regulator:
         plant, tube = self.plant, self.plant.passage
         if tube is None:
             return self.lost_time
-        fast_vent, slow = 1 + self.tolerances.vent, 1 - self.tolerances.pump
+        fast_vent, slow_pump = 1 + self.tolerances.vent, 1 - self.tolerances.pump
         let_in = -tube.rise_after_stop(tube.vacuum, fast_vent * plant.vent, 0.0)
-        rise = slow * float(plant.rise(tube.vacuum))
+        rise = slow_pump * float(plant.rise(tube.vacuum))
         return self.lost_time + 8 * self.mixing_time + (let_in / rise if rise > 0 else 0.0)
 
     @property
@@ -250,10 +254,12 @@ class Regulator:
         if tube is None:
             return self.blocked_ratio
         smaller, vacuum = 2 * self.blocked_ratio, np.linspace(0.0, tube.vacuum, 50)
-        left = evolve(tube, volume=smaller * tube.volume, passes=smaller * tube.passes)
-        ratio = left.rise(vacuum, smaller * plant.rate, plant.top) / self.owed_rise.rise_at(vacuum)
-        half = min(self.blocked_ratio, 0.5 * float(ratio.min()))
-        return max(self.healthy_ratio, half)
+        blocked_tube = evolve(tube, volume=smaller * tube.volume, passes=smaller * tube.passes)
+        ratio = blocked_tube.rise(vacuum, smaller * plant.rate, plant.top) / self.owed_rise.rise_at(
+            vacuum
+        )
+        ratio_limit = min(self.blocked_ratio, 0.5 * float(ratio.min()))
+        return max(self.healthy_ratio, ratio_limit)
 
     @property
     def healthy_ratio(self) -> float:
@@ -263,27 +269,27 @@ class Regulator:
     @property
     def blocked_excess(self) -> float:
         """Excess [Pa] over `blocked_limit` times the expected rise that reveals a blocked line."""
-        least = 0.5 * CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
-        tube, wide = self.plant.passage, max(0.5 * self.detection_threshold, least)
+        noise_limit = 0.5 * CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
+        tube, band = self.plant.passage, max(0.5 * self.detection_threshold, noise_limit)
         if tube is None:
-            return wide
+            return band
         # gas that the tube delays while the pump slows down is not an excess
         return max(
-            wide, 2 * tube.delayed_rise(self.plant.rate, self.owed_rise, self.kind == "bang-bang")
+            band, 2 * tube.delayed_rise(self.plant.rate, self.owed_rise, self.kind == "bang-bang")
         )
 
     @property
     def loss_margin(self) -> float:
         """Distance below the target at which the vacuum counts as lost [Pa]."""
-        least = 3 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
-        return max(0.05 * self.plant.top, least) if self.lost_band is None else self.lost_band
+        noise_limit = 3 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
+        return max(0.05 * self.plant.top, noise_limit) if self.lost_band is None else self.lost_band
 
     @property
     def largest_zero(self) -> float:
         """Highest reading accepted as zero when vented [Pa]."""
         noise = CLEAR_OF_ZERO * self.greatest_noise + self.sensor.resolution
-        least = self.zero_error + max(0.01 * self.plant.top, noise)
-        return least if self.offset_limit is None else self.offset_limit
+        noise_limit = self.zero_error + max(0.01 * self.plant.top, noise)
+        return noise_limit if self.offset_limit is None else self.offset_limit
 
     @property
     def settling_time(self) -> float:
@@ -294,9 +300,12 @@ class Regulator:
         if self.settle_time is not None:
             return self.settle_time
         plant = self.plant.lumped_plant
-        slow, tube = 1 - self.tolerances.vent, self.plant.passage
-        decay, left = slow * plant.vent + plant.leak, max(self.largest_zero - self.zero_error, 1.0)
-        lasting = max(math.log(2 * plant.top / left), 0.0)
+        slow_vent, tube = 1 - self.tolerances.vent, self.plant.passage
+        decay, residual = (
+            slow_vent * plant.vent + plant.leak,
+            max(self.largest_zero - self.zero_error, 1.0),
+        )
+        lasting = max(math.log(2 * plant.top / residual), 0.0)
         # through a tube, the decay ends as an exponential that starts at twice the vacuum
         through = 0.0 if tube is None else (lasting + math.log(2)) * tube.filling_time(0.0)
         return lasting / decay + through + 8 * self.longest_lag + self.sample_time
@@ -313,8 +322,8 @@ class Regulator:
 
     def gains(self) -> Gains:
         """Return the gains, tuned at zero vacuum for `scheduled`, at `tuned_at` for `pi`."""
-        half = 0.5 * self.plant.top if self.tuned_at is None else self.tuned_at
-        vacuum = half if self.kind == "pi" else 0.0
+        tuning_vacuum = 0.5 * self.plant.top if self.tuned_at is None else self.tuned_at
+        vacuum = tuning_vacuum if self.kind == "pi" else 0.0
         tube = self.plant.passage
         lag = self.sensor.lag + (tube.exchange_time(max(vacuum, tube.vacuum)) if tube else 0.0)
         return simc_gains(
@@ -412,9 +421,9 @@ def _check_noise(regulator: Regulator) -> None:
         ("offset_limit", regulator.largest_zero, zero + CLEAR_OF_ZERO * noise_sd, worst),
         ("floor", -regulator.lowest_reading, zero + CLEAR_OF_ZERO * noise_sd, worst),
     ):
-        least = noise + (sensor.resolution if noise else 0.0)
-        if value < least * (1 - 1e-9):
+        lower_bound = noise + (sensor.resolution if noise else 0.0)
+        if value < lower_bound * (1 - 1e-9):
             raise QuantityError(
                 f"{name}: {show(value, 'Pa')} is too small for a sensor with {error}; at "
-                f"least {show(least, 'Pa')} is needed"
+                f"least {show(lower_bound, 'Pa')} is needed"
             )

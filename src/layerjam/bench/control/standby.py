@@ -65,8 +65,8 @@ class Standby:
         if self.water:
             return max(self.vacuum - reverse_flow * duration / water_compliance(line), 0.0)
         wait = line.valve.delay if line.valve is not None else 0.0
-        stays = line.valve is None and reverse_flow == 0
-        if stays or duration <= wait + SHORTEST or self.vacuum == 0:
+        is_sealed = line.valve is None and reverse_flow == 0
+        if is_sealed or duration <= wait + SHORTEST or self.vacuum == 0:
             return self.vacuum
         drive = Drive(pump=-1.0) if line.valve is None else Drive(pump=0.0, vent=1.0)
         start = state_at_pressure(line, line.site.atmosphere - self.vacuum)

@@ -28,9 +28,9 @@ def advance(
 
     The side is pumped at a - b w, in Pa/s relative to the chamber's volume.
     """
-    left, h, side = dt, dt, plant.side
-    while left > 0.0:
-        h = min(h, left)
+    time_left, h, side = dt, dt, plant.side
+    while time_left > 0.0:
+        h = min(h, time_left)
         f, g = _slopes(v, w, a, b, plant)
         p, s = plant.atmosphere - v, plant.atmosphere - w
         dp, ds = 2.0 * plant.passes * p, 2.0 * plant.passes * s
@@ -49,13 +49,13 @@ def advance(
         k3v, k3w = (m22 * rv - m12 * rw) / det, (m11 * rw - m21 * rv) / det
         error = h / 6.0 * max(abs(k1v - 2.0 * k2v + k3v), abs(k1w - 2.0 * k2w + k3w))
         error /= CLOSE * plant.atmosphere
-        if not error > 1.0 or h <= 1e-9 * dt:  # pass on NaN
+        if not error > 1.0 or h <= 1e-9 * dt:  # NaN ends the search too
             if lag > 0.0:
                 # the chamber's vacuum is nearly linear within such a short step
                 delay, fades = (v1 - v) / h * lag, math.exp(-h / lag)
                 display = v1 - delay + (display - v + delay) * fades
             else:
                 display = v1
-            v, w, left = v1, w1, left - h
+            v, w, time_left = v1, w1, time_left - h
         h *= min(max(0.8 * error ** (-1.0 / 3.0), 0.2), 5.0) if error > 0.0 else 5.0
     return v, w, display

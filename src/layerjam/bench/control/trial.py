@@ -28,10 +28,10 @@ def run_trial(
     sensor's reading.
     """
     drive = (0.0, 1.0, 0.0, LONG_AGO, LONG_AGO, 0.0, 0.0, 0.0)
-    left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
-    factors = step_factors(plant, 1.0, 0.0, dt, lag, left)
+    lag_gain = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
+    factors = step_factors(plant, 1.0, 0.0, dt, lag, lag_gain)
     for n in range(steps):
-        vacuum, side, gauge = advance_plant(vacuum, side, gauge, factors, plant, dt, lag, left)
+        vacuum, side, gauge = advance_plant(vacuum, side, gauge, factors, plant, dt, lag, lag_gain)
         fault, _reading, memory = detect(watch, memory, drive, gauge + offset, 0.0)
         if fault != 0.0:
             return n + 1.0, fault

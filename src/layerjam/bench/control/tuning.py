@@ -45,16 +45,16 @@ class Gains:
 def simc_gains(plant: Plant, *, sample_time: float, lag: float, vacuum: float = 0.0) -> Gains:
     """Return the PI gains for a plant at `vacuum` [Pa] by this module's rule; times are in s."""
     dead = 0.5 * sample_time + lag
-    slow = max(dead, 4 * sample_time, 0.05 / plant.rate)
-    room = max(plant.top - plant.weight * vacuum, LEAST_ROOM * plant.top)
-    leak_share = plant.leak * vacuum / (plant.rate * room)
+    closed_loop_time = max(dead, 4 * sample_time, 0.05 / plant.rate)
+    margin = max(plant.top - plant.weight * vacuum, LEAST_ROOM * plant.top)
+    leak_share = plant.leak * vacuum / (plant.rate * margin)
     pole = plant.weight * plant.rate * min(leak_share, 1.0) + plant.leak
-    longest = 4 * (slow + dead)
+    longest = 4 * (closed_loop_time + dead)
     return Gains(
-        gain=1.0 / (plant.rate * room * (slow + dead)),
+        gain=1.0 / (plant.rate * margin * (closed_loop_time + dead)),
         integral_time=min(1.0 / pole, longest) if pole else longest,
         dead_time=dead,
-        closed_loop_time=slow,
+        closed_loop_time=closed_loop_time,
         vacuum=vacuum,
     )
 
@@ -90,9 +90,9 @@ def identify_air(
         raise FitError(
             f"leak: {show(leak, '1/s')} is not below the step's own rate of {show(fit.rate, '1/s')}"
         )
-    rate, reach = fit.rate - leak, atmosphere - fit.ultimate
+    rate, ultimate_vacuum = fit.rate - leak, atmosphere - fit.ultimate
     low, high = fit.interval(1)
-    plant = Plant(rate=rate, top=reach * fit.rate / rate, leak=leak, vent=vent)
+    plant = Plant(rate=rate, top=ultimate_vacuum * fit.rate / rate, leak=leak, vent=vent)
     ends = (atmosphere - high, atmosphere - low)
     pole = fit.interval(2)
     checks = (*check_pump_downs([fit], {}), interval_check("rate", fit.rate, *pole))
@@ -114,8 +114,8 @@ def identify_water(
     if len(t) < 20:
         raise FitError(f"the rise has {len(t)} samples; at least 20 are needed")
     slope, level = np.polyfit(t, v, 1)
-    left = v - (slope * t + level)
-    noise = float(np.sqrt(left @ left / (len(t) - 2)))
+    residuals = v - (slope * t + level)
+    noise = float(np.sqrt(residuals @ residuals / (len(t) - 2)))
     error = 1.96 * noise / float(np.sqrt(((t - t.mean()) ** 2).sum()))
     if slope - error <= 0:
         raise FitError("the vacuum does not rise, so this is not the step response of a water line")

@@ -32,8 +32,8 @@ def loop_panes(regulator: Regulator, run: ClosedLoop, fault_at: float | None = N
         Curve(time, run.vent, RED, "vent", width=1.5),
     ]
     fault_time = float(run.fault_time) if np.isfinite(run.fault_time) else end
-    begins = fault_time if fault_at is None else min(fault_at, fault_time)
-    grounds = (begins, fault_time, ORANGE), (fault_time, end, RED)
+    begin_time = fault_time if fault_at is None else min(fault_at, fault_time)
+    grounds = (begin_time, fault_time, ORANGE), (fault_time, end, RED)
     common: dict[str, Any] = {"x": "time [s]", "x_range": (0, end)}
     common["spans"] = [ground for ground in grounds if ground[0] < ground[1]]
     high = 1.15 * float(max(run.target.max(), run.vacuum.max())) * KPA
@@ -43,7 +43,7 @@ def loop_panes(regulator: Regulator, run: ClosedLoop, fault_at: float | None = N
     )
     words += f"{run.pump_switches} times"
     titles: dict[str, Any] = {
-        "headline": f"Controller {regulator.kind}: {_fault_words(run.outcome)}",
+        "headline": f"Controller “{regulator.kind}” {describe_outcome(run.outcome)}",
         "detail": words,
     }
     low = min(1.15 * float(run.pump.min()), 0.0)
@@ -53,11 +53,11 @@ def loop_panes(regulator: Regulator, run: ClosedLoop, fault_at: float | None = N
     ]
 
 
-def _fault_words(outcome: str) -> str:
-    """Return the state that the detector reports, in words."""
+def describe_outcome(outcome: str) -> str:
+    """Return what a controller does about the state that its detectors report, in words."""
     if outcome == "HEALTHY":
-        return "no fault detected"
-    return f"detected the fault “{outcome.replace('_', ' ').lower()}”"
+        return "detects no fault"
+    return f"detects the fault “{outcome.replace('_', ' ').lower()}”"
 
 
 def bench_panes(time: Any, vacuum: Any, target: Any, **pane: Any) -> list[Pane]:
@@ -93,7 +93,9 @@ def draw_tracking(run: "Following", sweep: "Bode | None") -> style.Figure:
         wide = (
             "above the tested range" if sweep.bandwidth is None else show(sweep.bandwidth, "Hz", 3)
         )
-        draw_frequency_response(size[0], [(sweep, INK, "")], turn=(-180, 45))
+        phase = size[0].twinx()
+        draw_frequency_response(size[0], phase, [(sweep, INK, "")], turn=(-180, 45))
+        phase.grid(visible=False)
         style.add_title(size[0], "Frequency response", f"amplitude 71 % at {wide}; phase dashed")
     return figure
 
@@ -112,10 +114,12 @@ def draw_profile(axes: style.Axes, run: "Following", top: float) -> None:
 
 
 def draw_frequency_response(
-    axes: style.Axes, sweeps: list[tuple["Bode", str, str]], turn: tuple[float, float]
+    axes: style.Axes,
+    phase: style.Axes,
+    sweeps: list[tuple["Bode", str, str]],
+    turn: tuple[float, float],
 ) -> None:
     """Draw magnitude and phase of each (response, colour, name); `turn` limits the phase axis."""
-    phase = axes.twinx()
     for sweep, color, _ in sweeps:
         axes.plot(sweep.frequency, sweep.magnitude, "o-", color=color, ms=3.5, lw=1.3)
         phase.plot(sweep.frequency, sweep.phase, color=color, lw=1.0, ls=style.DASHED)
@@ -123,7 +127,6 @@ def draw_frequency_response(
     axes.set(ylim=(0, 1.25), xlabel="frequency [Hz]", ylabel="force / required force [-]")
     style.mark_y(axes, 2**-0.5, "71 %", GREY)
     phase.set(ylabel="phase, dashed [degrees]", ylim=turn)
-    phase.grid(visible=False)
     if any(name for *_, name in sweeps):
         style.add_key(axes, *((name, color) for _, color, name in sweeps), loc="lower left")
 
@@ -148,7 +151,7 @@ def draw_plan(plan: "Plan") -> style.Figure:
 
     The peak is the expected one; a stop fails if the travel is used up.
     """
-    figure, (rises, peaks, chances) = style.make_axes(columns=3, width=12.4, height=3.9)
+    figure, (rises, peaks, chances) = style.make_axes(columns=3, width=11.2, height=3.9)
     _draw_rise(rises, plan)
     _draw_failure_probability(peaks, chances, plan)
     return figure
@@ -180,7 +183,9 @@ def _draw_rise(axes: style.Axes, plan: "Plan") -> None:
 
 
 def _draw_failure_probability(peaks: style.Axes, chances: style.Axes, plan: "Plan") -> None:
-    from layerjam.bench.control.plan_spread import predict_spread  # it loads JAX
+    from layerjam.bench.control.plan_spread import (
+        predict_spread,
+    )  # import late, because it loads JAX
 
     case, brake = plan.case, plan.brake.brake
     given = energy_sd(case) > 0

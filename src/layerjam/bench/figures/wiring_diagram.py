@@ -19,10 +19,12 @@ SYMBOLS = {
     "coil": "Inductor2",
 }
 """{kind of component: its symbol in schemdraw}."""
-BOTTOM = -23.5
-"""Height of the first line of text, in the units of the drawing."""
-LINE = 0.62
-"""Distance between lines of text."""
+TEXT, LABEL = 14.0, 12.0
+"""Font sizes of notes and of parts [pt]: readable if a page scales the drawing to 700 pixels."""
+WIDTH, BOTTOM = 26.0, -43.0
+"""Width, and height of the first line of notes, in the units of the drawing (36 pt)."""
+LINE, LETTERS = 0.57, 4.4
+"""Distance between lines of text, and mean number of letters in a unit."""
 AIR = (
     "AIR: brake – T-piece (pressure sensor) – common port of the 3/2 valve – pump inlet.",
     "Safe state RELEASE: the port that is open when unpowered (NO) leads to the atmosphere.",
@@ -36,21 +38,21 @@ def draw_wiring(circuit: Circuit) -> str:
     with MissingExtraError.raise_if_missing("a circuit diagram (schemdraw)", "bench"):
         import schemdraw
         from schemdraw import elements
-    sheet = schemdraw.Drawing(canvas="svg", show=False, fontsize=11, unit=2.2, lw=1.4)
+    sheet = schemdraw.Drawing(canvas="svg", show=False, fontsize=LABEL, unit=2.2, lw=1.6)
     sheet.config(font="DejaVu Sans, Helvetica, Arial, sans-serif", bgcolor="white")
     pen = _Pen(sheet, elements, circuit)
-    pen.write(0, 3.4, f"Wiring of {circuit.board}", size=18)
+    pen.write(0, 3.4, f"Wiring of {circuit.board}", size=22)
     pen.write(
         0,
-        2.6,
+        2.4,
         "Board from above, USB at the top. Identical framed labels, and all GND, are connected.",
     )
-    pen.board()
-    pen.power(14.0, 1.0)
-    pen.bridge(14.0, -18.6)
-    pen.signals(5.2, -21.0)
+    pen.board((5.2, 1.2))
+    pen.signals(16.1, 0.4)
+    pen.bridge(13.4, -17.2)
+    pen.power(0.4, -22.0)
     for row, line in enumerate(_list_lines(circuit)):
-        pen.write(18.0, BOTTOM - LINE * row, line)
+        pen.write(0, BOTTOM - LINE * row, line)
     return str(sheet.get_imagedata("svg").decode("utf-8"))
 
 
@@ -65,14 +67,14 @@ class _Pen:
         item = item.at(spot)
         if end is not None:
             item = item.to(end)
-        return self.sheet.add(item.label(label, loc=loc, fontsize=9) if label else item)
+        return self.sheet.add(item.label(label, loc=loc, fontsize=LABEL) if label else item)
 
     def wire(self, *points: Any) -> None:
         """Draw a wire through points."""
         for start, end in itertools.pairwise(points):
             self.add(self.elements.Line(), start, end)
 
-    def write(self, x: float, y: float, text: str, size: float = 11) -> None:
+    def write(self, x: float, y: float, text: str, size: float = TEXT) -> None:
         """Write a text that starts at a point."""
         item = self.elements.Label().label(text, fontsize=size, halign="left", ofst=0)
         self.sheet.add(item.at((x, y)))
@@ -102,12 +104,14 @@ class _Pen:
             self.elements.IcPin(name=pin, side=side, anchorname=pin) for pin, side in sides.items()
         ]
         item = (
-            self.elements.Ic(pins=pins, size=size, leadlen=0.5, lblsize=10).theta(0).anchor(anchor)
+            self.elements.Ic(pins=pins, size=size, leadlen=0.5, lblsize=LABEL)
+            .theta(0)
+            .anchor(anchor)
         )
         return self.add(item, point, None, name, "top").absanchors
 
-    def board(self) -> None:
-        """Draw the socket, with the use of each pin that has one."""
+    def board(self, top: tuple[float, float]) -> None:
+        """Draw the socket below a point, with the use of each pin that has one."""
         circuit, half = self.circuit, self.circuit.pins // 2
         labels = {pin: label for label, pin in circuit.socket.items()}
         labels |= dict.fromkeys(circuit.grounds, "GND")
@@ -122,8 +126,8 @@ class _Pen:
             for pin in order
         ]
         size = (4.2, half * 0.92 + 0.6)
-        socket = self.elements.Ic(pins=pins, size=size, pinspacing=0.92, leadlen=0.5, lblsize=10)
-        socket = self.add(socket.anchor("center"), (6.0, 1.2 - size[1] / 2), None, "USB")
+        socket = self.elements.Ic(pins=pins, size=size, pinspacing=0.92, leadlen=0.5, lblsize=LABEL)
+        socket = self.add(socket.anchor("center"), (top[0], top[1] - size[1] / 2), None, "USB")
         for wire in circuit.wires:
             if wire.pin is not None:
                 left = wire.pin <= half
@@ -137,15 +141,17 @@ class _Pen:
             if wire.use in power or wire.label in ("GND", "VSYS"):
                 continue
             series = self.circuit.get_series_part(wire.use)[0] if wire.use else None
-            begin, end = (x + 3.6 * bool(wire.shunt), y), (x + 3.6 * bool(wire.shunt) + 2.6, y)
+            begin = (x + 3.6 * bool(wire.shunt), y)
+            end = (begin[0] + (1.0 if series is None else 2.4), y)
             self.tag((x, y), wire.use or wire.label, "left")
             self.wire((x, y), begin)
             self.wire(begin, end) if series is None else self.part(series.ref, begin, end)
-            self.write(end[0] + 0.2, y - 0.15, wire.to)
+            for row, text in enumerate(textwrap.wrap(wire.to, int(LETTERS * (WIDTH - end[0])))):
+                self.write(end[0] + 0.2, y - 0.15 - LINE * row, text)
             shunts = self.circuit.find_parts(wire.use, "GND") if wire.use and wire.shunt else []
             for n, shunt in enumerate(shunts):
                 self.ground(shunt.ref, (x + 0.6 + 1.8 * n, y), 1.9)
-            y -= 3.6 if shunts else 1.15
+            y -= 3.6 if shunts else 1.75
 
     def divider(self, use: str, point: Any) -> None:
         """Draw a divider from a point down to a pin's label, with its filter."""
@@ -163,8 +169,7 @@ class _Pen:
         self.write(
             x,
             y + 1.6,
-            ("Power: the emergency stop disconnects the pump and the valve, not the board"),
-            13,
+            "Power: the emergency stop disconnects the pump and the valve, not the board",
         )
         self.tag((x + 1.8, y), "+12 V", "left")
         self.part("F1", (x + 1.8, y), (x + 4.0, y))
@@ -181,19 +186,21 @@ class _Pen:
         self.tag((five[0] + 1.8, five[1]), "VSYS")
         self.divider("supply_adc", (x + 17.0, y))
         self.tag((x + 20.0, y), "12 V")
-        y, stop = y - 7.4, x + 4.0
+        y, stop = y - 6.2, x + 4.0
         self.tag((x + 1.8, y), "12 V", "left")
         self.add(self.elements.Button(nc=True), (x + 1.8, y), (stop, y), "S1 E-STOP")
-        self.write(stop + 0.4, y + 0.4, "12 V after stop")
         self.ground("R7", (stop + 0.8, y))
         self.divider("estop_sense", (stop + 2.8, y))
-        self.load("2", "Y1", "vent_gate", (stop + 13.0, y))
-        self.wire((stop, y), (stop + 14.4, y))
-        self.part("D5", (stop + 14.4, y), (stop + 16.4, y))
-        self.wire((stop + 16.4, y), (stop + 26.2, y))
-        self.write(stop + 16.8, y + 0.4, "pump plus")
-        self.ground("C2", (stop + 17.2, y))
-        self.load("1", "M1", "pump_gate", (stop + 24.6, y))
+        self.load("2", "Y1", "vent_gate", (stop + 14.0, y))
+        self.wire((stop, y), (stop + 16.4, y))
+        self.tag((stop + 16.4, y), "12 V after stop")
+        y -= 7.0
+        self.tag((stop, y), "12 V after stop", "left")
+        self.part("D5", (stop, y), (stop + 2.0, y))
+        self.wire((stop + 2.0, y), (stop + 16.4, y))
+        self.tag((stop + 16.4, y), "pump plus")
+        self.ground("C2", (stop + 3.4, y))
+        self.load("1", "M1", "pump_gate", (stop + 14.0, y))
 
     def load(self, number: str, load: str, use: str, point: Any) -> None:
         """Draw a load from 12 V to its transistor, with diode, gate resistor and pull-down."""
@@ -218,12 +225,8 @@ class _Pen:
 
     def bridge(self, x: float, y: float) -> None:
         """Draw the H-bridge that replaces Q1 and D1 if the pump runs in both directions."""
-        self.write(
-            x,
-            y + 3.4,
-            "H-bridge H1 instead of Q1 and D1, for a pump that runs in both directions",
-            13,
-        )
+        self.write(x, y + 3.4, "H-bridge H1 instead of Q1 and D1,")
+        self.write(x, y + 3.4 - LINE, "for a pump that runs in both directions")
         sides = {"IN2": "left", "IN1": "left", "OUT2": "right", "OUT1": "right"}
         sides |= {"VM": "top", "GND": "bottom"}
         pins = self.chip((x + 5.6, y), "IN1", sides, (4.4, 3.4), "")
@@ -251,6 +254,6 @@ def _list_lines(circuit: Circuit) -> Iterator[str]:
     )
     yield ""
     for number, rule in enumerate(rules, 1):
-        yield from textwrap.wrap(f"{number}. {rule}", 100, subsequent_indent="    ")
+        yield from textwrap.wrap(f"{number}. {rule}", int(LETTERS * WIDTH), break_on_hyphens=False)
     yield ""
     yield from (f"{part.refs}: {part.name}, {part.number}" for part in circuit.parts)

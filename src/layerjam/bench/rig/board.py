@@ -100,8 +100,8 @@ class VirtualBoard:
         words = [str(hardware.speed), f"SIM-{hardware.name}"]
         if "store" in address.options:
             words.append(os.path.abspath(address.options["store"]))
-        main = str(Path(self._folder.name) / "main.py")
-        self._child = start_child([*command, main], words, self.close)
+        main_file = str(Path(self._folder.name) / "main.py")
+        self._child = start_child([*command, main_file], words, self.close)
         self._thread = PlantThread(self.plant, self._child)
         self._thread.start()
         self.line = Line(self._child.line, str(address))

@@ -192,21 +192,21 @@ def _inspect_bench(bench: Bench) -> Checked:
     values: dict[str, Any] = {"self_test": self_test, "feasible": False, "reason": None}
     values["simulated"] = bench.simulated
     values |= dict.fromkeys(("zero", "noise", "rate", "top", "leak", "vent", "lag", "expected"))
-    _, still = _drive_outputs(bench, 0.0, 1, VENTED)
-    if not np.isfinite(still).all():
+    _, vent_readings = _drive_outputs(bench, 0.0, 1, VENTED)
+    if not np.isfinite(vent_readings).all():
         return Checked(**values, wiring=("sensor-silent",))
-    level = still[len(still) // 2 :]
+    level = vent_readings[len(vent_readings) // 2 :]
     zero, noise = float(np.mean(level)), float(np.std(level))
     values |= {"zero": zero, "noise": noise}
-    least = max(MOVED, 10 * noise)
-    rise, after = _measure_pump(bench, 0)
-    change = float(np.mean(after[1][-5:])) - zero
-    if abs(change) < least:
-        is_inverted = _measure_vented_rise(bench, zero) > least
+    threshold = max(MOVED, 10 * noise)
+    rise, decay = _measure_pump(bench, 0)
+    change = float(np.mean(decay[1][-5:])) - zero
+    if abs(change) < threshold:
+        is_inverted = _measure_vented_rise(bench, zero) > threshold
         return Checked(**values, wiring=("vent-inverted" if is_inverted else "pump-does-nothing",))
     if change < 0.0:
         return Checked(**values, wiring=("pump-reversed",))
-    values |= _fit_pump((rise[0], rise[1] - zero), (after[0], after[1] - zero))
+    values |= _fit_pump((rise[0], rise[1] - zero), (decay[0], decay[1] - zero))
     height, times, fall = _measure_release(bench, zero, 1)
     if fall[-1] < RELEASED * height:
         values["vent"] = _fit_vent(times, fall, height, values["leak"], values["lag"])
@@ -284,9 +284,9 @@ def _fit_pump(rise: tuple[Array, Array], after: tuple[Array, Array]) -> dict[str
     The lag is fitted only to the start of the rise, where the pump's flow curve matters least.
     Values that cannot be fitted are None.
     """
-    late = after[0] > BEGUN
-    slope = float(np.polyfit(after[0][late], after[1][late], 1)[0])
-    leak = round(max(-slope / float(after[1][late].mean()), 0.0), 6)
+    is_late = after[0] > BEGUN
+    slope = float(np.polyfit(after[0][is_late], after[1][is_late], 1)[0])
+    leak = round(max(-slope / float(after[1][is_late].mean()), 0.0), 6)
     out: dict[str, float | None] = {"leak": leak, "rate": None, "top": None, "lag": None}
 
     def curve(t: Array, end: float, pole: float, lag: float) -> Array:
@@ -316,9 +316,9 @@ def _measure_release(bench: Bench, zero: float, vent: int) -> tuple[float, Array
     """
     bench.off()
     _drive_outputs(bench, 1.0, 1 - vent, 0.5 * PUMPED, limit=5.0)
-    _, even = _drive_outputs(bench, 0.0, 1 - vent, EVEN, limit=3.0)
+    _, vent_readings = _drive_outputs(bench, 0.0, 1 - vent, EVEN, limit=3.0)
     times, fall = _drive_outputs(bench, 0.0, vent, HELD)
-    return float(np.mean(even[-5:])) - zero, times, fall - zero
+    return float(np.mean(vent_readings[-5:])) - zero, times, fall - zero
 
 
 def _fit_vent(
@@ -357,8 +357,13 @@ def _judge_bench(data: Checked, plant: Plant | None, lag: float, tune: bool) -> 
         reasons = ["the rise of the vacuum does not match the curve of a pump"]
     line_values = None
     if plant is not None:
-        slow = plant.lumped_plant
-        line_values = {"rate": slow.rate, "top": slow.top, "leak": slow.leak, "vent": slow.vent}
+        model = plant.lumped_plant
+        line_values = {
+            "rate": model.rate,
+            "top": model.top,
+            "leak": model.leak,
+            "vent": model.vent,
+        }
         line_values["lag"] = lag + plant.tube_lag
     if not reasons and data.rate is not None and data.leak is not None:
         if data.leak >= data.rate:
@@ -378,10 +383,10 @@ def _describe_differences(data: Checked, line_values: dict[str, float]) -> Itera
         ("pump's rate", "rate", ALLOWED.pump),
         ("vent's rate", "vent", ALLOWED.vent),
     ):
-        measurement, due = getattr(data, value), line_values[value]
-        if measurement is not None and abs(measurement - due) > share * due:
+        rate, nominal = getattr(data, value), line_values[value]
+        if rate is not None and abs(rate - nominal) > share * nominal:
             yield (
-                f"the {name} is {measurement:.3g}/s, but the line's is {due:.3g}/s; the detectors "
+                f"the {name} is {rate:.3g}/s, but the line's is {nominal:.3g}/s; the detectors "
                 f"allow a difference of {share:.0%}"
             )
     limit = max(line_values["lag"], ALLOWED.lag)

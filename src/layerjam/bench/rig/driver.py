@@ -246,10 +246,10 @@ class Bench:
             vacuum = float(parts[1])
             if parts[5] == "FAULT":
                 raise TrippedError(self.fault or "unknown")
-            left = end - time.monotonic()
-            if left <= 0 or (until is not None and vacuum >= until):
+            time_left = end - time.monotonic()
+            if time_left <= 0 or (until is not None and vacuum >= until):
                 return math.nan if vacuum >= NO_NUMBER else vacuum
-            time.sleep(min(pause, left))
+            time.sleep(min(pause, time_left))
 
     def samples(self, count: int = 100) -> np.ndarray[Any, Any]:
         """Return the oldest unacknowledged records, at most `count`; see `telemetry.RECORD`."""

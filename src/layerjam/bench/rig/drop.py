@@ -199,10 +199,10 @@ def fall(
 @contextlib.contextmanager
 def pause_clock(plant: VirtualPlant) -> Iterator[None]:
     """Stop the clock of a virtual board; do not query it during that time."""
-    going, before = threading.Event(), plant.recorded
-    plant.recorded = going.wait
+    is_running, recorded_before = threading.Event(), plant.recorded
+    plant.recorded = is_running.wait
     try:
         yield
     finally:
-        plant.recorded = before
-        going.set()
+        plant.recorded = recorded_before
+        is_running.set()

@@ -100,29 +100,29 @@ def _sense_margins(circuit: Circuit) -> Iterator[Margin]:
     yield Margin("pin voltage, emergency stop closed", "V", closed_voltage, least=HIGH)
     for use in (stop, "supply_adc", "accelerometer_adc"):
         rail = circuit.rails[circuit.get_series_part(use)[1]][1]
-        greatest = pin_voltage(circuit, use, rail, 1)
-        yield Margin(f"highest voltage at {use}", "V", greatest, most=least_supply)
+        highest_voltage = pin_voltage(circuit, use, rail, 1)
+        yield Margin(f"highest voltage at {use}", "V", highest_voltage, most=least_supply)
     # with the stop open, R7 pulls the node down; the filter discharges through R7, R8 and R9
     upper, lower, capacitor = (part.value_at(1) for part in circuit.find_divider(stop))
-    both = 1.0 / (1.0 / (upper + parts["R7"].value_at(1)) + 1.0 / lower)
-    open_voltage, begin = LEAKAGE * both, pin_voltage(circuit, stop, high, 1)
+    resistance = 1.0 / (1.0 / (upper + parts["R7"].value_at(1)) + 1.0 / lower)
+    open_voltage, begin = LEAKAGE * resistance, pin_voltage(circuit, stop, high, 1)
     yield Margin("pin voltage, emergency stop open", "V", open_voltage, most=LOW)
-    time = capacitor * both * math.log((begin - open_voltage) / (LOW - open_voltage))
+    time = capacitor * resistance * math.log((begin - open_voltage) / (LOW - open_voltage))
     yield Margin("time until an open stop is sensed", "s", time, most=SAMPLE)
     yield Margin("power of R7", "W", high**2 / parts["R7"].value_at(-1), most=parts["R7"].power)
 
 
 def _supply_margins(circuit: Circuit) -> Iterator[Margin]:
     parts, five = circuit.components, circuit.rails["5V"]
-    least, highest = trip_voltages(circuit)
-    yield Margin("lowest supply voltage that is accepted", "V", least, least=VALVE * NOMINAL)
+    lowest, highest = trip_voltages(circuit)
+    yield Margin("lowest supply voltage that is accepted", "V", lowest, least=VALVE * NOMINAL)
     yield Margin(
         "highest supply voltage that is reported as low",
         "V",
         highest,
         most=circuit.rails["12V"][0],
     )
-    yield Margin("input voltage of U1", "V", least, least=parts["U1"].least_input)
+    yield Margin("input voltage of U1", "V", lowest, least=parts["U1"].least_input)
     yield Margin("lowest voltage at VSYS", "V", five[0] - parts["D3"].forward, least=1.8)
     yield Margin("highest voltage at VSYS", "V", five[1], most=5.5)
 
@@ -171,8 +171,10 @@ def _power_margins(circuit: Circuit) -> Iterator[Margin]:
     yield Margin("stand-off voltage of D4", "V", high, most=parts["D4"].standoff)
     total = parts["M1"].running + parts["Y1"].running + BOARD
     yield Margin("current of F1", "A", total, most=CARRIED * parts["F1"].current)
-    starts = high / parts["M1"].value + parts["Y1"].running
-    yield Margin("current of S1 while the pump starts", "A", starts, most=parts["S1"].current)
+    start_current = high / parts["M1"].value + parts["Y1"].running
+    yield Margin(
+        "current of S1 while the pump starts", "A", start_current, most=parts["S1"].current
+    )
 
 
 def release_time(circuit: Circuit, volts: float, release_share: float = 0.3) -> float:

@@ -180,8 +180,8 @@ class Execution:
 
     def _evacuate_chamber(self, step: Evacuate) -> None:
         """Wait until the vacuum has been near its target for half a second, then hold it."""
-        close = max(CLOSE * step.to, self.watch.regulator[3])
-        limit = TIMES * self.watch.rise_time(self._vacuum, step.to - close) + EXTRA
+        tolerance = max(CLOSE * step.to, self.watch.regulator[3])
+        limit = TIMES * self.watch.rise_time(self._vacuum, step.to - tolerance) + EXTRA
         self.bench.target = step.to
         is_steady = steady_test(self.watch, step.to, self._noise, self.recorder.now)
         if not self._run_until(is_steady, limit, self._last_sample()):
@@ -196,9 +196,9 @@ class Execution:
         """Wait until the reading is accepted as zero vacuum."""
         limit = 2 * self.watch.settle_time
         self.bench.target = 0.0
-        none = self.watch.zero
+        zero = self.watch.zero
         if not self._run_until(
-            lambda block: bool(last_vacuum(block) < none), limit, self._last_sample()
+            lambda block: bool(last_vacuum(block) < zero), limit, self._last_sample()
         ):
             raise EndedError(
                 NOT_VENTED,
@@ -316,13 +316,13 @@ class Execution:
 
 def check_procedure(bench: Bench, procedure: Procedure, crosshead: Crosshead | None) -> None:
     """Raise QuantityError if a bench cannot carry out a procedure."""
-    reach = bench.reach
+    reachable = bench.reach
     for step in procedure.steps:
-        if isinstance(step, Evacuate) and step.to > reach:
+        if isinstance(step, Evacuate) and step.to > reachable:
             raise QuantityError.of(
                 "procedure",
                 f"'{step.text()}' is not possible: the controller of {bench.address} "
-                + (f"reaches only {show(reach, 'Pa', 4)}" if reach else "is not set"),
+                + (f"reaches only {show(reachable, 'Pa', 4)}" if reachable else "is not set"),
             )
         if isinstance(step, Pull | Return) and crosshead is None:
             raise QuantityError.of("crosshead", f"missing; '{step.text()}' needs one")
@@ -361,7 +361,7 @@ def execute(
         if not bench.lock():
             owner = bench.ask("SYST:LOCK:OWN?")
             raise QuantityError.of("bench", f"is locked by another client (session {owner})")
-        before = bench.lease
+        lease_before = bench.lease
         plant = bench.plant
         bench.lease = LEASE if plant is None or plant.behind.speed == 1.0 else QUICK
         say(
@@ -378,7 +378,7 @@ def execute(
                 file.close()
                 raise
         finally:
-            _unlock_bench(bench, before)
+            _unlock_bench(bench, lease_before)
     return result
 
 
@@ -387,7 +387,7 @@ def _run_and_close(bench: Bench, file: RunFile, running: Execution) -> RunResult
         outcome, reason = running.run()
     except LayerjamError:
         if running.step_results[0].started is None:
-            file.discard()  # rejected before anything has been done
+            file.discard()  # reject before anything has been done
         raise
     if reason is not None:
         file.add_note("note", reason, running.recorder.now)

@@ -44,13 +44,13 @@ class Prompt:
     def _read_until(self, end: bytes, wait: float) -> bytes:
         last = time.monotonic() + wait
         while end not in self._buffer:
-            left = last - time.monotonic()
-            if left <= 0:
+            time_left = last - time.monotonic()
+            if time_left <= 0:
                 raise LineError(
                     f"{self._name}: neither the firmware nor MicroPython's prompt "
                     f"responds; received {self._buffer[-60:]!r}"
                 )
-            self._buffer += self._ends.read(left)
+            self._buffer += self._ends.read(time_left)
         data, _, self._buffer = self._buffer.partition(end)
         return data
 
@@ -148,8 +148,10 @@ def flash(
                 find_drive, "the boot loader's drive did not appear; mount it, and give its path"
             ),
         )
-    identity, same = retry_call(lambda: check_identity(port, board))
-    return Flashed(board=board, image_sha256=digest, files=files, verified=same, identity=identity)
+    identity, is_same_firmware = retry_call(lambda: check_identity(port, board))
+    return Flashed(
+        board=board, image_sha256=digest, files=files, verified=is_same_firmware, identity=identity
+    )
 
 
 def write_files(port: str, board: str, image: bytes | None, wiring: bytes | None) -> list[str]:

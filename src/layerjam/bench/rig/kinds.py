@@ -122,13 +122,13 @@ def _make_setter(**changes: object) -> Callable[[Case, VirtualPlant], None]:
     return inject
 
 
-def _set_rail(case: Case, plant: VirtualPlant) -> None:
+def _inject_rail_fault(case: Case, plant: VirtualPlant) -> None:
     value = math.copysign(case.regulator.sensor.range, case.size)
     plant.injected = FaultInjection(sensor="rail", value=value)
 
 
 def _disconnect_sensor(case: Case, plant: VirtualPlant) -> None:
-    share = -COUNTS[0] / COUNTS[1]  # the sensor reads zero counts
+    share = -COUNTS[0] / COUNTS[1]  # the sensor's output is at zero counts
     value = (2 * share - 1) * case.regulator.sensor.range
     plant.injected = FaultInjection(sensor="rail", value=value)
 
@@ -158,8 +158,8 @@ def _leak_deadline(case: Case) -> float:
 def _loss_deadline(case: Case) -> float:
     """Return the time until a loss is visible although the pump runs at full power."""
     plant, pump = case.regulator.plant.lumped_plant, case.strongest_plant.rate
-    half = case.target / 2
-    inflow = max(plant.rate * (plant.top - plant.weight * half) / half, plant.leak)
+    half_target = case.target / 2
+    inflow = max(plant.rate * (plant.top - plant.weight * half_target) / half_target, plant.leak)
     rate = pump * plant.weight + inflow
     return case.fall_time(rate, pump * plant.top / rate) + case.promised_times["VACUUM_LOST"]
 
@@ -170,12 +170,12 @@ def _open_vent_deadline(case: Case) -> float:
     Near zero vacuum, little air flows through the open vent, and the pump seems to work normally.
     """
     regulator = case.regulator
-    plant, left = case.strongest_plant, 1 - regulator.weak_ratio / 2
+    plant, flow_share = case.strongest_plant, 1 - regulator.weak_ratio / 2
     out = plant.vent + plant.leak
     ends = plant.rate * plant.top / (plant.rate * plant.weight + out)
-    weak = left * plant.rate * plant.top / (left * plant.rate * plant.weight + out)
-    rises = -math.log(1 - weak / ends) / (plant.rate * plant.weight + out)
-    return rises + case.promised_times["WEAK_PUMP"]
+    weak = flow_share * plant.rate * plant.top / (flow_share * plant.rate * plant.weight + out)
+    rise_time = -math.log(1 - weak / ends) / (plant.rate * plant.weight + out)
+    return rise_time + case.promised_times["WEAK_PUMP"]
 
 
 def _lease_deadline(case: Case) -> float:
@@ -198,7 +198,7 @@ def _drift_deadline(case: Case) -> float:
 
 
 _BREAKS: dict[str, Callable[[Case, VirtualPlant], None]] = {
-    "sensor-rail": _set_rail,
+    "sensor-rail": _inject_rail_fault,
     "sensor-disconnected": _disconnect_sensor,
     "sensor-drift": _start_drift,
     "pump-dead-holding": _make_injection("pump-dead"),

@@ -175,7 +175,7 @@ class Line:
                     # an LF ends the rest of a broken frame before the next one
                     self._ends.write(b"\n" + frame if repeat else frame)
                     self.tries += 1
-                    answer = self._read_answer(session, number, end)
+                    answer = self._read_response(session, number, end)
                     if answer is not None:
                         return answer
                     repeat = True
@@ -202,7 +202,7 @@ class Line:
                     frame, size = parse_first_frame(self._buffer)
         return payloads
 
-    def _read_answer(self, session: int, number: int, end: float) -> bytes | None:
+    def _read_response(self, session: int, number: int, end: float) -> bytes | None:
         """Return the payload of the response frame, or None if it is damaged or too late."""
         while True:
             frame, size = parse_first_frame(self._buffer)
@@ -217,11 +217,11 @@ class Line:
                 if frame[:2] == (session, number):
                     return frame[2]
                 continue
-            left, partial = end - time.monotonic(), bool(skipped_bytes or self._buffer)
+            time_left, partial = end - time.monotonic(), bool(skipped_bytes or self._buffer)
             is_end = skipped_bytes.endswith(b"\n") and not self._buffer
-            wait = min(left, QUIET if partial else left)
-            data = b"" if is_end or left <= 0 else self._ends.read(wait)
-            if not data and (partial or left <= 0):
+            wait = min(time_left, QUIET if partial else time_left)
+            data = b"" if is_end or time_left <= 0 else self._ends.read(wait)
+            if not data and (partial or time_left <= 0):
                 self._buffer, self._spoilt = b"", self._spoilt or partial
                 return None
             self._buffer += data

@@ -91,7 +91,7 @@ class SocketLink:
     def _send_token(self, token: str) -> None:
         """Send the gateway's token; raises FileError if the gateway has a different one."""
         self._socket.sendall(f'SYST:PASS:CEN "{token}"\nSYST:PASS:CEN:STAT?\n'.encode("ascii"))
-        if self._read_answer() != b"1":
+        if self._read_response() != b"1":
             self.close()
             raise FileError(self._name, "the gateway has a different token; copy its --token-file")
 
@@ -102,13 +102,13 @@ class SocketLink:
             self._socket.sendall(text.encode("ascii") + b"\n" + CHECK.encode() + b"\n")
         except OSError as error:
             raise LineError(f"connection to {self._name} lost: {error}") from None
-        first = self._read_answer()
+        first = self._read_response()
         match = CHECKED.fullmatch(first)
         if match is not None:
             return b"", *parse_check(first)
-        return first, *parse_check(self._read_answer())
+        return first, *parse_check(self._read_response())
 
-    def _read_answer(self) -> bytes:
+    def _read_response(self) -> bytes:
         """Return one response: a block by its length, anything else up to the LF."""
         while True:
             end = self._find_end()

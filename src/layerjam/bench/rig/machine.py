@@ -43,18 +43,20 @@ class VirtualMachine:
     def advance(self, dt: float, vacuum: float) -> float:
         """Advance by `dt` [s]; return the vacuum [Pa] at the chamber's new volume."""
         if self.moving:
-            left, step = self._end - self.elongation, self._speed * dt
-            self.moving = abs(left) > step
-            self.elongation += math.copysign(step, left)
+            travel_left, step = self._end - self.elongation, self._speed * dt
+            self.moving = abs(travel_left) > step
+            self.elongation += math.copysign(step, travel_left)
             if not self.moving:
                 self.elongation = self._end
         elif not self.elongation:
             return vacuum
-        was = self.volume_ratio
+        volume_before = self.volume_ratio
         vacuum_now = min(max(vacuum, 0.0), self._atmosphere)
         self.force, self.slip = self._pulled.step_to(self.elongation, vacuum_now, self._speed)
-        absolute = (self._atmosphere - vacuum) * (was / self.volume_ratio) ** self._exponent
-        return self._atmosphere - absolute if self.volume_ratio != was else vacuum
+        absolute = (self._atmosphere - vacuum) * (
+            volume_before / self.volume_ratio
+        ) ** self._exponent
+        return self._atmosphere - absolute if self.volume_ratio != volume_before else vacuum
 
     def store_sample(self, number: int) -> None:
         """Store the readings at the board's sample with this number."""

@@ -129,8 +129,8 @@ class Recorder:
                 raise
             self._asked = FEW
             block = self.bench.stream(FEW)
-        slow = self._asked < self._most or time.monotonic() - start > SLOW
-        self._most = FEW if slow else min(2 * self._most, FULL)
+        is_slow = self._asked < self._most or time.monotonic() - start > SLOW
+        self._most = FEW if is_slow else min(2 * self._most, FULL)
         return block
 
     def is_behind(self, block: Block) -> bool:
@@ -150,16 +150,16 @@ class Recorder:
     def _commit_block(self, block: Block, moves: Any, mono: int, calendar: int) -> None:
         rows, us = block.rows, block.us
         first, last = int(rows["seq"][0]), int(rows["seq"][-1])
-        before = first - 1 if self._last is None else self._last[0]
-        if first > before + 1:
-            self.file.add_note("link", f"{first - before - 1} samples are missing", int(us[0]))
+        last_number = first - 1 if self._last is None else self._last[0]
+        if first > last_number + 1:
+            self.file.add_note("link", f"{first - last_number - 1} samples are missing", int(us[0]))
         rows_ = [[self.boot, seq, us_, *columns] for seq, us_, columns in _sql_rows(rows, us)]
         self.file.add_samples(
             rows_,
             (self.boot or 0, last, int(us[-1]), mono, calendar),
             moves(block) if moves is not None else (),
         )
-        self.recorded += max(last - before, 0)
+        self.recorded += max(last - last_number, 0)
         self._last, self.now = (last, int(us[-1])), int(us[-1])
 
     def _begin_series(self, boot: int) -> None:
@@ -173,10 +173,10 @@ class Recorder:
 
     def _watch_calendar(self, offset: int) -> None:
         """Note a change of the host's calendar time, on which the samples' times do not depend."""
-        was, self._calendar = self._calendar, offset
-        if was is not None and abs(offset - was) > JUMP:
-            direction = "back" if offset < was else "forward"
-            seconds = abs(offset - was) / 1e9
+        offset_before, self._calendar = self._calendar, offset
+        if offset_before is not None and abs(offset - offset_before) > JUMP:
+            direction = "back" if offset < offset_before else "forward"
+            seconds = abs(offset - offset_before) / 1e9
             self.file.add_note(
                 "note", f"the host's clock was set {direction} by {seconds:.0f} s", self.now
             )

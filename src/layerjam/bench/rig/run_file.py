@@ -48,8 +48,8 @@ def find_file_system(path: Path, mounts: str) -> str:
         if len(words) < 5 or not after:
             continue
         point = words[4].replace("\\040", " ")
-        inside = path.is_relative_to(point)
-        if inside and len(point) >= len(best):
+        is_inside = path.is_relative_to(point)
+        if is_inside and len(point) >= len(best):
             best, kind = point, after.split()[0]
     return kind
 

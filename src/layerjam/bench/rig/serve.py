@@ -212,7 +212,7 @@ class Gateway:
                 # the response to one line must be acknowledged before the next line is read
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
             lines = splitter.split_lines(data)
-            for line in lines:  # the queue becomes longer while a line waits
+            for line in lines:  # the queue grows while a line waits
                 if not is_greeted and not is_message(line):
                     return
                 is_greeted = True
@@ -241,7 +241,7 @@ class Gateway:
 
         async def more_lines(count: int) -> list[bytes]:
             await asyncio.sleep(POLL)
-            if count <= WAITING:  # the rest stays in the terminal
+            if count <= WAITING:  # the terminal keeps the unsent rest
                 with contextlib.suppress(BlockingIOError):
                     return splitter.split_lines(os.read(master, 4096))
             return []
@@ -277,10 +277,10 @@ async def _write_fully(loop: asyncio.AbstractEventLoop, descriptor: int, data: b
         try:
             data = data[os.write(descriptor, data) :]
         except BlockingIOError:
-            room = asyncio.Event()
-            loop.add_writer(descriptor, room.set)
+            has_room = asyncio.Event()
+            loop.add_writer(descriptor, has_room.set)
             try:
-                await room.wait()
+                await has_room.wait()
             finally:
                 loop.remove_writer(descriptor)
 

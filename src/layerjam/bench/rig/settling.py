@@ -48,11 +48,11 @@ class Watch:
         """Return the time [s] from one vacuum [Pa] to another at full power; inf if impossible."""
         vacuum, count = begin, 0
         while vacuum < end:
-            gives = law.healthy_rise(1.0, vacuum, self.rise, self.top, self.fall, *self.tube)
-            gives -= self.leak * vacuum
-            if gives <= 1e-9 * end:
+            healthy_rise = law.healthy_rise(1.0, vacuum, self.rise, self.top, self.fall, *self.tube)
+            healthy_rise -= self.leak * vacuum
+            if healthy_rise <= 1e-9 * end:
                 return math.inf
-            vacuum, count = vacuum + gives, count + 1
+            vacuum, count = vacuum + healthy_rise, count + 1
         return count * PERIOD * 1e-6
 
 

@@ -76,8 +76,10 @@ class ShotSummary:
 
 def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
     """Raise QuantityError if a procedure has no hold for a drop, or if no mass is given."""
-    holds = {step.text(): _hold_time(step) for step in procedure.steps if _hold_time(step) > 0.0}
-    if not holds:
+    hold_times = {
+        step.text(): _hold_time(step) for step in procedure.steps if _hold_time(step) > 0.0
+    }
+    if not hold_times:
         raise QuantityError.of(
             "shot", "the mass falls during a hold, but the procedure has none; write 'hold 20 s'"
         )
@@ -92,15 +94,15 @@ def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
         )
     MASS.check(mass, "mass")
     ARRIVAL_SPEED.check(speed, "speed")
-    moves = next((s for s in procedure.steps if isinstance(s, Pull | Return)), None)
-    if moves is not None:
+    move = next((s for s in procedure.steps if isinstance(s, Pull | Return)), None)
+    if move is not None:
         raise QuantityError.of(
             "shot",
-            (f"'{moves.text()}' is not possible: the virtual brake is mounted in the drop rig"),
+            (f"'{move.text()}' is not possible: the virtual brake is mounted in the drop rig"),
         )
-    after = AFTER.si(rig.capture.get("after", 0.5), "after")
-    least_time = DELAY + speed / rig.file.brake.site.gravity + after
-    for text, lasting in holds.items():
+    time_after = AFTER.si(rig.capture.get("after", 0.5), "after")
+    least_time = DELAY + speed / rig.file.brake.site.gravity + time_after
+    for text, lasting in hold_times.items():
         if lasting < least_time:
             raise QuantityError.of(
                 "shot",

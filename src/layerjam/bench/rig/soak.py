@@ -80,8 +80,8 @@ class Log:
         if self.seq >= 0:
             seqs = np.concatenate(([self.seq], seqs))
             micros = np.concatenate(([self.micros], micros))
-        even = (np.diff(seqs) == 1) & (np.diff(micros) % (1 << 32) == PERIOD)
-        self.gaps += int(np.count_nonzero(~even))
+        is_regular = (np.diff(seqs) == 1) & (np.diff(micros) % (1 << 32) == PERIOD)
+        self.gaps += int(np.count_nonzero(~is_regular))
         self.seq, self.micros = int(seqs[-1]), int(micros[-1])
 
 
@@ -110,11 +110,13 @@ def soak(
 def _prepare_bench(bench: Bench, board: VirtualBoard, kind: str) -> float:
     """Set the board's controller; return the highest target [Pa]."""
     hardware = board.plant.behind
-    safe = "release" if hardware.normally_open else "hold"
-    regulator = Regulator(plant=hardware.plant, sensor=hardware.sensor, kind=kind, safe_state=safe)
+    safe_state = "release" if hardware.normally_open else "hold"
+    regulator = Regulator(
+        plant=hardware.plant, sensor=hardware.sensor, kind=kind, safe_state=safe_state
+    )
     highest = highest_target(hardware.plant, hardware.sensor)
     validate(regulator, highest)
-    bench.safe_state = safe
+    bench.safe_state = safe_state
     bench.vent_rest = "open" if hardware.normally_open else "closed"
     bench.regulator = regulator
     bench.lease = LONG_LEASE
@@ -133,7 +135,7 @@ def _run_board(
     plant.watch = log.set_pace
     faults: list[str] = []
     start, orders = plant.time, 0
-    due, first = start + VENTED, None
+    vent_end, first = start + VENTED, None
     bench.output = True
     while (elapsed_time := plant.time - start) < lasting:
         if log.read_block():
@@ -142,12 +144,12 @@ def _run_board(
         if first is None and elapsed_time >= min(WARM, lasting / 2):
             first = _read_used_memory(bench, log, faults)
             bench.output = True
-        if plant.time >= due:
+        if plant.time >= vent_end:
             progress("hours", elapsed_time / lasting)
             releases = draw.random() < RELEASES
             target = 0.0 if releases else draw.uniform(LOWEST, 1.0) * highest
             bench.target = target
-            due, orders = plant.time + draw.uniform(*HOLDS), orders + 1
+            vent_end, orders = plant.time + draw.uniform(*HOLDS), orders + 1
     duration_ = plant.time - start
     timing = bench.ask("SYST:TIM?").split(",")
     last = _read_used_memory(bench, log, faults)

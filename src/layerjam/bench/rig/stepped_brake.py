@@ -7,10 +7,14 @@ import numpy as np
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.kernel.engine import make_quick_kernel
-from layerjam.brake.mechanics.effects import brake_growth, depends_on_speed, remove_idle_speed_law
 from layerjam.brake.mechanics.enclosure import check_modulus
 from layerjam.brake.mechanics.hysteresis import new_state, step_state
 from layerjam.brake.mechanics.law import compiled
+from layerjam.brake.mechanics.speed_effects import (
+    brake_growth,
+    depends_on_speed,
+    remove_idle_speed_law,
+)
 from layerjam.brake.mechanics.stiffness import working_stiffness
 
 

@@ -58,6 +58,8 @@ def unwrap_clock(
     if not len(counts):
         return counts
     start, start_us = last if last is not None else (int(numbers[0]), int(counts[0]))
-    due = (numbers - start) * PERIOD
-    late: np.ndarray[Any, Any] = (counts - start_us - due + COUNT // 2) % COUNT - COUNT // 2
-    return start_us + due + late
+    expected_times = (numbers - start) * PERIOD
+    delays: np.ndarray[Any, Any] = (
+        counts - start_us - expected_times + COUNT // 2
+    ) % COUNT - COUNT // 2
+    return start_us + expected_times + delays

@@ -46,7 +46,9 @@ def encode_uf2(program: bytes, family: int) -> bytes:
 def decode_uf2(image: bytes, family: int, name: str) -> bytes:
     """Return the program in a UF2 file; ImageError if it does not fit this board."""
     if not image or len(image) % BLOCK:
-        raise ImageError(f"{name} is not a UF2 image: {len(image)} bytes, not blocks of {BLOCK}")
+        raise ImageError(
+            f"{name} is not a UF2 image: {len(image)} bytes, not a multiple of {BLOCK}"
+        )
     count = len(image) // BLOCK
     program = bytearray()
     for number in range(count):

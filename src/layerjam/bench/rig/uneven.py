@@ -51,10 +51,10 @@ class Uneven:
         return flow_ratio(1 - min(vacuum / ATMOSPHERE, 1.0)) / vacuum
 
 
-def draw_uneven(draw: random.Random, right_at: float) -> Uneven:
+def draw_uneven(draw: random.Random, matched_vacuum: float) -> Uneven:
     """Return a random uneven line whose orifices match the linear plant at a vacuum [Pa]."""
     return Uneven(
-        right_at=right_at,
+        right_at=matched_vacuum,
         ripple=draw.uniform(0.0, SWING),
         frequency=draw.uniform(*RIPPLE),
         phase=draw.uniform(0.0, 2 * math.pi),

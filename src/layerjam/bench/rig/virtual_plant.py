@@ -265,15 +265,15 @@ class VirtualPlant:
             pump, vent = 0.0, self.behind.normally_open
         self._climbed += self.drift * dt
         lag = self.behind.sensor.lag
-        left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
-        factors = step_factors(rates, pump, float(vent), dt, lag, left)
+        lag_gain = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
+        factors = step_factors(rates, pump, float(vent), dt, lag, lag_gain)
         self.vacuum, self.side, self.shown = advance_plant(
-            self.vacuum, self.side, self.shown, factors, rates, dt, lag, left
+            self.vacuum, self.side, self.shown, factors, rates, dt, lag, lag_gain
         )
         if self.machine is not None:
-            before, self.vacuum = self.vacuum, self.machine.advance(dt, self.vacuum)
+            vacuum_before, self.vacuum = self.vacuum, self.machine.advance(dt, self.vacuum)
             if lag == 0.0:
-                self.shown += self.vacuum - before
+                self.shown += self.vacuum - vacuum_before
         self.time += dt
 
     def read_sensor(self) -> tuple[float, int]:

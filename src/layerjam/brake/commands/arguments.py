@@ -221,10 +221,10 @@ def check_vacuum(value: Any, device: "Brake | Line", name: str = "vacuum") -> An
     """Return a vacuum [Pa], number or array; raises QuantityError above the site's atmosphere."""
     import numpy as np
 
-    greatest = float(np.max(value)) if np.size(value) else 0.0
-    if greatest > device.site.atmosphere:
+    highest_vacuum = float(np.max(value)) if np.size(value) else 0.0
+    if highest_vacuum > device.site.atmosphere:
         raise QuantityError(
-            f"{name}: {show(greatest, 'Pa', 6)} exceeds atmospheric pressure, "
+            f"{name}: {show(highest_vacuum, 'Pa', 6)} exceeds atmospheric pressure, "
             f"{show(device.site.atmosphere, 'Pa', 6)}; a vacuum cannot be higher"
         )
     return value
@@ -237,17 +237,17 @@ def slip_notices(value: Any, brake: Brake) -> list[Notice]:
     """
     import numpy as np
 
-    greatest, sheets = float(np.max(value)) if np.size(value) else 0.0, brake.sheets
-    if greatest > sheets.overlap:
+    largest_slip, sheets = float(np.max(value)) if np.size(value) else 0.0, brake.sheets
+    if largest_slip > sheets.overlap:
         raise QuantityError.of(
             "slip",
-            f"{show(greatest, 'm')} is beyond the overlap of {show(sheets.overlap, 'm')}; "
+            f"{show(largest_slip, 'm')} is beyond the overlap of {show(sheets.overlap, 'm')}; "
             "the sheets would have separated",
         )
-    if greatest > sheets.usable_travel:
+    if largest_slip > sheets.usable_travel:
         return [
             Notice(
-                f"slip {show(greatest, 'm')} is beyond the usable travel of "
+                f"slip {show(largest_slip, 'm')} is beyond the usable travel of "
                 f"{show(sheets.usable_travel, 'm')}",
                 "beyond-usable-travel",
             )

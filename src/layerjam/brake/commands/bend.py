@@ -146,19 +146,19 @@ def _bending_results(device: Brake, vacuum: float, angle: float, slip: float) ->
 
     free = float(bending.bending_stiffness_free(device))
     jammed_stiffness = float(bending.bending_stiffness_jammed(device))
-    soft = float(bending.turning_stiffness_free(slip, device))
+    free_stiffness = float(bending.turning_stiffness_free(slip, device))
     stiff = float(bending.turning_stiffness_jammed(slip, device))
     greatest_moment = float(bending.slip_moment(slip, vacuum, device))
     return {
         "bending_stiffness_free": free,
         "bending_stiffness_jammed": jammed_stiffness,
         "stiffness_ratio": jammed_stiffness / free,
-        "turning_stiffness_free": soft,
+        "turning_stiffness_free": free_stiffness,
         "turning_stiffness_jammed": stiff,
-        "moment_free": soft * angle,
+        "moment_free": free_stiffness * angle,
         "moment": float(bending.turning_moment(angle, slip, vacuum, device)),
         "slip_moment": greatest_moment,
-        "slip_angle": greatest_moment / (stiff - soft),
+        "slip_angle": greatest_moment / (stiff - free_stiffness),
         "buckling_moment": float(bending.buckling_moment(slip, device)),
         "shear_at_first_slip": float(bending.shear_at_first_slip(vacuum, device)),
         "shear_at_full_slip": float(bending.shear_at_full_slip(vacuum, device)),
@@ -181,8 +181,8 @@ def _joint_results(
     device: Brake, vacuum: float, angle: float, slip: float, radius: float
 ) -> dict[str, float]:
     """Return the friction and stress of a pull over the joint, with and without vacuum."""
+    from layerjam.brake.mechanics.effects import remove_slip_effects
     from layerjam.brake.mechanics.enclosure import enclosure_force
-    from layerjam.brake.mechanics.fan import remove_fan
     from layerjam.brake.mechanics.friction import sheet_friction
     from layerjam.brake.mechanics.joint import joint_friction, joint_sheet_force
     from layerjam.brake.mechanics.stiffness import sheet_section
@@ -193,7 +193,7 @@ def _joint_results(
     case = (slip, vacuum, angle, radius, stress_at_pressure(vacuum), device)
     force = float(joint_friction(*case))
     # self-amplification at a joint is unknown, so both values ignore it
-    straight = float(sheet_friction(slip, vacuum, remove_fan(device)))
+    straight = float(sheet_friction(slip, vacuum, remove_slip_effects(device)))
     numbers = {
         "joint_friction": force,
         "joint_friction_off": float(

@@ -112,7 +112,10 @@ class Stop(Reading, Heating, PredictionResult):
             return impact_figures.rope_panes(self.record)
         if self.record is None:
             raise QuantityError(f"a drop that was not computed has no curve: {self.reason}")
-        return impact_figures.drop_panes(self.record, self.crash)
+        panes = impact_figures.drop_panes(self.record, self.crash)
+        peak = (self.intervals or {}).get("peak_force", {})
+        ends = peak.get("low"), peak.get("high")
+        return impact_figures.show_certainty(panes, ends, self.basis)
 
     def overlay_curves(self) -> "Sequence[Curve]":
         """Return the main curves; for a drop without a brake, only force versus time."""
@@ -225,27 +228,27 @@ def _stop_with_brake(
     case: dict[str, Any],
     vacuum: float | History,
     damping: float,
-    until: float | None,
+    end_time: float | None,
     travel: float | None,
     interval: str,
     progress: Progress | None,
 ) -> Stop:
     """Return the stop of a mass by a brake."""
-    from layerjam.brake.mechanics.effects import depends_on_speed
     from layerjam.brake.mechanics.pull import least_stiffness
+    from layerjam.brake.mechanics.speed_effects import depends_on_speed
     from layerjam.brake.simulate.stop import simulate_stop
     from layerjam.brake.simulate.stop_spread import spread_stop
 
     def report_progress(time: float) -> None:
-        if progress is not None and until is not None:
-            progress("the drop in time", time / until)
+        if progress is not None and end_time is not None:
+            progress("the drop in time", time / end_time)
 
     end, record = simulate_stop(
         brake,
         vacuum=vacuum,
         **case,
         rope_damping=damping,
-        duration=until,
+        duration=end_time,
         progress=report_progress,
     )
     g = brake.brake.site.gravity
@@ -259,7 +262,7 @@ def _stop_with_brake(
         "record": record,
     }
     if end.outcome is Outcome.SNAPS:
-        # a stop that snaps has no results
+        # if the brake snaps, there are no results
         return Stop(
             feasible=False,
             reason=end.reason,
@@ -270,7 +273,7 @@ def _stop_with_brake(
             ],
             **numbers,
         )
-    if until is not None:
+    if end_time is not None:
         numbers |= {"slip_at_end": end.slip_at_end, "outcome_at_end": str(end.outcome_at_end)}
     crashing, crash_results, notices = _find_crash(record, g)
     return Stop(
@@ -303,10 +306,10 @@ def _find_crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, A
         return None, {}, [Notice(sentence, "crash-unknown")]
     force = crash_record.peak_force
     peak_g = force / (record.mass * g) if g else None
-    above = "" if peak_g is None else f" or {show(peak_g, '1', 3)} g"
+    or_g = "" if peak_g is None else f" or {show(peak_g, '1', 3)} g"
     sentence = (
         "peak force, deceleration and g do not include the crash. If the end of the travel is "
-        f"rigid, the rope pulls the mass with up to {show(force, 'N')}{above}, otherwise with less"
+        f"rigid, the rope pulls the mass with up to {show(force, 'N')}{or_g}, otherwise with less"
     )
     return crash_record, {"crash_force": force, "crash_g": peak_g}, [Notice(sentence, "crash")]
 

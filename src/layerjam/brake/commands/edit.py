@@ -1,6 +1,6 @@
 """Edits of numbers in the text of a brake file or line file that keep comments and sources."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from layerjam.brake.commands.arguments import AnyBrake, convert_brake
@@ -12,7 +12,7 @@ from layerjam.brake.fluid.line_file import LineFile
 from layerjam.brake.fluid.parts import FAMILIES, parts
 from layerjam.core.command.results import Result, fact, result
 from layerjam.core.errors import Notice, QuantityError, UnknownNameError, explain_arguments
-from layerjam.core.toml_files.changes import Change, RecordFile
+from layerjam.core.toml_files.changes import Change, RecordFile, collect_values
 from layerjam.core.toml_files.plugin_tables import known_quantities
 from layerjam.core.toml_files.source import KINDS, Source
 from layerjam.core.units import QuantitySpec, quantities, show
@@ -22,6 +22,18 @@ BRAKE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in
 """{dotted path: (specification, required)} of every number in a brake."""
 LINE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in quantities(Line)}
 """Numbers of a line in the same form, except its flow curve, which is not a number."""
+
+
+def list_numbers(
+    file: BrakeFile,
+) -> Iterator[tuple[str, QuantitySpec, Any, Source | None]]:
+    """Yield (dotted path, specification, SI value, source) of each known number of a brake."""
+    values = collect_values(file.brake)
+    for path, (spec, _) in (BRAKE_FIELDS | known_quantities(file.brake)).items():
+        if values.get(path) is not None:
+            yield path, spec, values[path], file.sources.get(path)
+
+
 BY_HAND = "set by hand"
 GEOMETRY = ("sheets", "film", "enclosure", "mount")
 OF_THE_BRAKE = ("scale_factor", "stiffness_measured", "weighed_mass", "fittings_mass")
@@ -107,8 +119,11 @@ def _convert_changes(
             entries[path] = None
             continue
         spec, _ = fields[path]
-        was = "" if source else _original_value(file, known_values.get(path), path, spec)
-        entries[path] = spec.si(value, path), Source(kind=kind, text=source or BY_HAND, was=was)
+        original_value = "" if source else _original_value(file, known_values.get(path), path, spec)
+        entries[path] = (
+            spec.si(value, path),
+            Source(kind=kind, text=source or BY_HAND, was=original_value),
+        )
     return entries
 
 

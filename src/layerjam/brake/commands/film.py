@@ -67,7 +67,7 @@ def _adapt_measurements(old: BrakeFile, new: BrakeFile, film: str) -> Iterator[t
         text = f"sheets of {film} on the mount of {old.name}"
         yield "stiffness_measured", (stiffness, Source(kind="inferred", text=text))
     if before.weighed_mass is not None:
-        others = before.sheets.count * float(sheet_mass(before)) + float(enclosure_mass(before))
+        other_mass = before.sheets.count * float(sheet_mass(before)) + float(enclosure_mass(before))
         text = f"weighed mass of {old.name} without sheets and enclosure"
-        fittings = max(before.weighed_mass - others, 0.0)
+        fittings = max(before.weighed_mass - other_mass, 0.0)
         yield "fittings_mass", (fittings, Source(kind="inferred", text=text))

@@ -20,7 +20,7 @@ from layerjam.core.command.declare import Help, command
 from layerjam.core.command.predicted import PredictionResult
 from layerjam.core.command.results import Figure, fact, number, result
 from layerjam.core.command.wording import format_share
-from layerjam.core.errors import QuantityError
+from layerjam.core.errors import Notice, QuantityError
 from layerjam.core.evolve import evolve
 from layerjam.core.units import QuantitySpec
 from layerjam.core.units import show as in_words
@@ -187,7 +187,10 @@ def vacuum(
     low, high = (_convert_to_numbers(edge) for edge in force_limits(slip, brake.brake))
     feasible = np.isfinite(pressure)
     none = np.ndim(pressure) == 0 and not feasible
-    prediction = Prediction(test_file, pressure, slip, sliding_speed, device=brake.brake)
+    # the reason why there is no vacuum rests on the force at an end of the possible vacuums
+    limit = np.where(force < low, 0.0, brake.brake.site.atmosphere)
+    conditions = _convert_to_numbers(np.where(feasible, pressure, limit))
+    prediction = Prediction(test_file, conditions, slip, sliding_speed, device=brake.brake)
 
     def find_vacuums(variant: Prediction) -> Any:
         samples = vacuum_for_force(force, slip, variant.brakes)
@@ -199,7 +202,10 @@ def vacuum(
     samples = find_vacuums(prediction)
     safe = prediction.quantiles(samples, confidence)
     interval_source = evolve(prediction, of_mean=True) if interval == "mean" else prediction
-    safe = np.where(feasible & np.isfinite(safe), safe, np.nan)
+    is_safe = feasible & np.isfinite(safe)
+    safe = np.where(is_safe, safe, np.nan)
+    if (feasible & ~is_safe).any():
+        notices.append(_note_unsafe(feasible & ~is_safe, samples, confidence))
     return VacuumForForce(
         vacuum=None if none else pressure,
         **interval_source.state(
@@ -218,9 +224,22 @@ def vacuum(
     )
 
 
+def _note_unsafe(is_unsafe: Any, samples: Any, confidence: float) -> Notice:
+    """Return the notice that no vacuum holds the first force so marked in enough tests."""
+    import numpy as np
+
+    place = np.flatnonzero(is_unsafe)[0]
+    share = float(np.mean(np.isfinite(samples.reshape(len(samples), -1)[:, place])))
+    return Notice(
+        f"no vacuum holds the force in {format_share(confidence)} of the tests: the site's full "
+        f"vacuum holds it in {share:.0%} of them",
+        "no-safe-vacuum",
+    )
+
+
 def _apply_sliding_speed(file: BrakeFile, speed: Any) -> BrakeFile:
     """Return the file with the friction at a sliding speed [m/s], if one is given."""
-    from layerjam.brake.mechanics.effects import fix_speed
+    from layerjam.brake.mechanics.speed_effects import fix_speed
 
     return file if speed is None else evolve(file, brake=fix_speed(speed, file.brake))
 

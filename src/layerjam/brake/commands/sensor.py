@@ -121,7 +121,7 @@ class Heating(Result):
         "K", "mean temperature rise of the whole sheets", default=None
     )
     stops_per_minute: float | None = number(
-        "1/min", "stops per minute that stay below the allowed rise", default=None
+        "1/min", "maximum stops per minute within the allowed rise", default=None
     )
     allowed_rise: float | None = number("K", "allowed temperature rise", default=None)
     film_coefficient: float | None = number(
@@ -217,7 +217,7 @@ def _sensor_checks(measurement: Seen, signal: Signal, sensor: Accelerometer) -> 
             samples >= LEAST_SAMPLES,
             f"sampled at {show(sensor.sampling, 'Hz')}, the pull of {show(span, 's')} has "
             f"only {samples:.2g} samples",
-            ": the peak falls between them",
+            ": the peak may lie between them",
         )
 
 

@@ -172,10 +172,10 @@ def _friction_curve(brake: Brake, speed: float, static: float | None) -> Stribec
 
 def _check_elongation(slip: float, elongation: float | None, brake: Brake) -> None:
     """Raise QuantityError if the overlap leaves no room for a pull or the pull is too long."""
-    room = brake.sheets.overlap - slip
-    if room <= 0:
+    travel_left = brake.sheets.overlap - slip
+    if travel_left <= 0:
         raise QuantityError.of("slip", f"{show(slip, 'm')} leaves no overlap to pull on")
-    if elongation is not None and elongation > room:
+    if elongation is not None and elongation > travel_left:
         raise QuantityError.of(
             "elongation",
             f"{show(elongation, 'm')} from a slip of {show(slip, 'm')} exceeds the overlap "
@@ -216,10 +216,10 @@ def _stick_slip_limits(slide: Slide, bounds: Bounds, ratio: float) -> dict[str, 
     drag = float(slide.damping) + float(slide.level) * float(slide.viscous)
     out = {"critical_speed": find_critical_speed(slide)}
     # steady sliding without damping is never stable; with the jump law it is at best neutral
-    if drag and slide.law is None:
+    if drag and slide.paced_brake is None:
         drop = bounds.static - bounds.kinetic
         out["stable_speed"] = float(stable_speed(drop, slide.stribeck, slide.exponent, drag))
-    if float(slide.stribeck) == 0.0 and slide.law is None:
+    if float(slide.stribeck) == 0.0 and slide.paced_brake is None:
         stiffness_needed = stiffness_without_stick_slip(slide.speed, *bounds, slide.mass, ratio)
         out["stiffness_needed"] = float(stiffness_needed)
     return out

@@ -125,8 +125,8 @@ def tensile(
     of peak, stiffness and onset; if interrupted, those of the stacks done so far. The fraction
     `vacuum_share` of the gauge's reading presses the sheets. With `leak_time` the line is shut off
     after every evacuation and the vacuum leaks away from then on, except in the "stack" model,
-    which keeps its initial vacuum. Intervals and basis are those of the lumped brake. Raises
-    ProcedureError or QuantityError for contradictions.
+    which keeps its initial vacuum. Intervals are those of the brake's uncertain numbers, without
+    the `scatter` of single interfaces. Raises ProcedureError or QuantityError for contradictions.
     """
     brake = apply_share(brake, vacuum_share)
     steps = _make_procedure(brake, vacuum, speed, elongation, procedure)
@@ -137,7 +137,9 @@ def tensile(
         if leak_time is not None:
             raise QuantityError.of("leak_time", LUMPED)
         return _pull_stack(
-            brake, steps, layout, **scatter_options, tell=progress or (lambda *_: None)
+            *(brake, steps, layout, interval == "mean"),
+            **scatter_options,
+            tell=progress or (lambda *_: None),
         )
     for name, value in {**layout, **scatter_options}.items():
         if value is not None and value is not False:
@@ -171,6 +173,7 @@ def _pull_stack(
     brake: BrakeFile,
     steps: Procedure,
     layout: dict[str, Any],
+    of_mean: bool,
     *,
     scatter: float | None,
     samples: int | None,
@@ -181,6 +184,7 @@ def _pull_stack(
     import numpy as np
 
     # use compiled loops only if requested
+    from layerjam.brake.simulate.pull_spread import spread_pull
     from layerjam.brake.simulate.sheet_motion import sheet_motion
     from layerjam.brake.simulate.stack import fix_sliding_speed, tensile_stack
     from layerjam.brake.simulate.stack_spread import peak_spread
@@ -191,8 +195,15 @@ def _pull_stack(
     tell("pull", 0.0)
     record, pull = tensile_stack(brake, steps, **layout, progress=lambda p: tell("pull", p))
     motion = sheet_motion(record, pull)
+    prediction, ends = spread_pull(
+        *(brake, steps, record),
+        of_mean=of_mean,
+        pull=lambda file: tensile_stack(file, steps, **layout)[0],
+        has_static=layout["static"],
+    )
+    notices, state = prediction.notices(), prediction.state(**ends)
     if scatter is None:
-        return _tensile_result(record, motion=motion)
+        return _tensile_result(record, notices, motion=motion, **state)
     count, start = 1000 if samples is None else samples, 1 if seed is None else seed
     tell("scatter", 0.0)
 
@@ -204,7 +215,6 @@ def _pull_stack(
     spread = peak_spread(
         brake_at_speed, highest, scatter, count, start, **layout, progress=report_progress
     )
-    notices = []
     if count_lost := int((~np.isfinite(spread.peak)).sum()):
         sentence = f"{count_lost} of {count} stacks could not be followed to their peak"
         notices.append(Notice(sentence, "lost-stacks"))
@@ -214,7 +224,7 @@ def _pull_stack(
         samples_found = samples_found[np.isfinite(samples_found)]
         numbers[f"{name}_mean"] = float(samples_found.mean()) if len(samples_found) else None
         numbers[f"{name}_sd"] = float(samples_found.std(ddof=1)) if len(samples_found) > 1 else None
-    return _tensile_result(record, notices, motion=motion, **numbers)
+    return _tensile_result(record, notices, motion=motion, **numbers, **state)
 
 
 def _make_procedure(

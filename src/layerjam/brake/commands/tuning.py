@@ -28,6 +28,7 @@ from layerjam.core.evolve import evolve
 from layerjam.core.units import exact_text, show
 
 if TYPE_CHECKING:
+    from layerjam.brake.simulate.prediction import Prediction
     from layerjam.brake.simulate.tuned import Case
 
 
@@ -103,6 +104,7 @@ def tune(
     """
     from layerjam.brake.mechanics.stop.tune import vacuum_eq10
     from layerjam.brake.simulate.drop import series_spring
+    from layerjam.brake.simulate.safe_vacuum import predict_decision
     from layerjam.brake.simulate.speed import list_stop_notices
     from layerjam.brake.simulate.tuned import find_tunable_speeds, tuning_vacuum
 
@@ -118,7 +120,10 @@ def tune(
     speed_range: dict[str, Any] = {"least_speed": low, "greatest_speed": high}
     if pressure is None:
         speed_range |= _suggest_alternatives(case, reach)
-    safety, notices = _find_safety(brake, case, pressure, confidence, interval)
+    prediction = predict_decision(brake, case, pressure)
+    safety, notices = _find_safety(
+        prediction, case, confidence, interval, high is None or arrives > high
+    )
     return TunedVacuum(
         vacuum=pressure,
         vacuum_eq10=eq10 if math.isfinite(eq10) else None,
@@ -137,8 +142,8 @@ def tune(
 
 def _find_top_force(case: "Case", vacuum: float) -> float:
     """Return the largest force [N] of the brake at a vacuum [Pa], in a slow pull or in the stop."""
-    from layerjam.brake.mechanics.effects import depends_on_speed
     from layerjam.brake.mechanics.pull import peak
+    from layerjam.brake.mechanics.speed_effects import depends_on_speed
     from layerjam.brake.mechanics.stop.exact import stop
     from layerjam.brake.simulate.drop import series_spring
 
@@ -152,18 +157,14 @@ def _find_top_force(case: "Case", vacuum: float) -> float:
 
 
 def _find_safety(
-    brake: BrakeFile,
-    case: "Case",
-    vacuum: float | None,
-    confidence: float,
-    interval: str,
+    prediction: "Prediction", case: "Case", confidence: float, interval: str, too_fast: bool
 ) -> tuple[dict[str, Any], list[Notice]]:
     """Return the fields of the safe vacuum, intervals and basis, and notices about them."""
-    from layerjam.brake.simulate.prediction import Prediction
-    from layerjam.brake.simulate.safe_vacuum import count_samples, find_safe_vacuum
+    from layerjam.brake.simulate.safe_vacuum import find_safe_vacuum
 
-    prediction = Prediction(brake, vacuum, case.travel, case.speed, samples=count_samples(case))
-    if vacuum is None:
+    if prediction.vacuum is None:
+        if too_fast:  # at the site's full vacuum
+            prediction = evolve(prediction, vacuum=case.brake.site.atmosphere)
         return prediction.state(), prediction.notices()
     safe = find_safe_vacuum(case, prediction, confidence)
     interval_source, vacuums = prediction, safe.least_vacuums

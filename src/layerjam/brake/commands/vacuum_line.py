@@ -89,15 +89,15 @@ def rise(
         water_compliance(pipe)
     response: Response | Filling | None = None
     if water:
-        rises = forms.rise_time(target, pipe, True)
+        rise_time = forms.rise_time(target, pipe, True)
     else:
-        rises, response = air_rise_time(target, pipe, _label_progress(progress, "rise"))
-    falls, means = None, None
-    if rises is not None and water:
-        falls = forms.fall_by_pump(target, pipe, water=True)
-        means = None if falls is None else "pumps run backwards"
-    elif rises is not None:
-        falls, means = air_fall_time(target, pipe, _label_progress(progress, "fall"))
+        rise_time, response = air_rise_time(target, pipe, _label_progress(progress, "rise"))
+    fall_time, fall_means = None, None
+    if rise_time is not None and water:
+        fall_time = forms.fall_by_pump(target, pipe, water=True)
+        fall_means = None if fall_time is None else "pumps run backwards"
+    elif rise_time is not None:
+        fall_time, fall_means = air_fall_time(target, pipe, _label_progress(progress, "fall"))
     if response is None:  # in air, this is the vacuum reached if the target is never reached
         response = (
             forms.filling(target, pipe) if water else respond(pipe, 8 * forms.time_constant(pipe))
@@ -108,21 +108,21 @@ def rise(
     if pipe.tube is not None and not water:
         delay = wave_delay(pipe.tube, pipe.polytropic)
         lag = filling_lag(pipe, pipe.site.atmosphere - target)
-        if rises is not None:
-            notices += _tube_notices(pipe, pipe.tube, rises, delay, lag)
+        if rise_time is not None:
+            notices += _tube_notices(pipe, pipe.tube, rise_time, delay, lag)
     return VacuumRise(
-        rise_time=rises,
+        rise_time=rise_time,
         time_constant=forms.time_constant(pipe, water),
-        fall_time=falls,
-        fall_by=means,
-        feasible=rises is not None,
-        reason=None if rises is not None else _explain_unreached_target(pipe, target, low, water),
+        fall_time=fall_time,
+        fall_by=fall_means,
+        feasible=rise_time is not None,
+        reason=None if rise_time is not None else _explain_failure(pipe, target, low, water),
         reachable=low,
         target=target,
         fluid=fluid,
         closed_form=forms.rise_time(target, pipe, water) if closed_form else None,
-        closed_form_fall=_fall_time(target, pipe, means, water) if closed_form else None,
-        gas_work=None if rises is None else jam_work(target, pipe, water),
+        closed_form_fall=_fall_time(target, pipe, fall_means, water) if closed_form else None,
+        gas_work=None if rise_time is None else jam_work(target, pipe, water),
         tube_delay=delay,
         tube_lag=lag,
         warnings=notices,
@@ -131,7 +131,7 @@ def rise(
     )
 
 
-def _explain_unreached_target(line: Line, target: float, low: float, water: bool) -> str:
+def _explain_failure(line: Line, target: float, low: float, water: bool) -> str:
     from layerjam.brake.fluid.flow import VAPOUR
 
     if water and line.pump.ultimate < VAPOUR:

@@ -76,12 +76,6 @@ class Brake:
     effects: tuple[Effect, ...] = plugin_records(GROUP)
     """Effects of other packages on the friction: tables such as [effects.humidity]."""
 
-    @property
-    def active_speed_law(self) -> SpeedLaw | None:
-        """The speed law if friction depends on the sliding speed (plain numbers), or None."""
-        law = self.speed_law
-        return law if law is not None and law.power > 0 else None
-
     @explain_arguments
     def with_(self, **changes: Change) -> "Brake":
         """Return the brake with some values changed by name, such as width="14 mm".
@@ -111,12 +105,12 @@ def validate(brake: Brake) -> None:
             "sheets.usable_travel",
             f"{show(sheets.usable_travel, 'm')} exceeds the overlap of {show(sheets.overlap, 'm')}",
         )
-    least = sheets.overlap + max(sheets.free_left, sheets.free_right) + mount.clamped_length
-    if least > sheets.length * (1 + 1e-9):
+    min_length = sheets.overlap + max(sheets.free_left, sheets.free_right) + mount.clamped_length
+    if min_length > sheets.length * (1 + 1e-9):
         raise QuantityError.of(
             "sheets.length",
             f"{show(sheets.length, 'm')} is shorter than the sum of free length, "
-            f"overlap and clamped part ({show(least, 'm')})",
+            f"overlap and clamped part ({show(min_length, 'm')})",
         )
     screws = mount.count_screws(sheets.width)
     if screws * mount.screw_hole >= sheets.width:
@@ -126,12 +120,12 @@ def validate(brake: Brake) -> None:
             f"{show(mount.screw_hole, 'm')}{row} leaves no material in sheets "
             f"{show(sheets.width, 'm')} wide",
         )
-    steep = sheets.count * sheets.thickness / (4 * min(sheets.free_left, sheets.free_right))
-    if mount.spacers is not None and not mount.spacers and steep > 1:
+    slope = sheets.count * sheets.thickness / (4 * min(sheets.free_left, sheets.free_right))
+    if mount.spacers is not None and not mount.spacers and slope > 1:
         raise QuantityError.of(
             "mount.spacers",
             f"without spacers the outermost of {sheets.count:g} sheets of "
-            f"{show(sheets.thickness, 'm')} would leave its cap at {atan(steep) * 180 / pi:.0f} "
+            f"{show(sheets.thickness, 'm')} would leave its cap at {atan(slope) * 180 / pi:.0f} "
             "degrees; at most 45 are allowed: use spacers or longer free lengths",
         )
     if brake.film.kinetic > brake.film.static:

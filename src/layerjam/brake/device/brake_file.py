@@ -25,7 +25,7 @@ from layerjam.core.toml_files.source import Source
 from layerjam.core.toml_files.toml import parse_toml
 from layerjam.core.toml_files.values import Entry, entries
 from layerjam.core.toml_files.writer import update_text
-from layerjam.core.units import check
+from layerjam.core.units import QuantitySpec, check, show
 from layerjam.core.verdict import Verdict
 
 _USE = {"film": "films", "enclosure": "silicones"}
@@ -98,7 +98,7 @@ class BrakeFile(RecordFile[Brake]):
             making = reader.build_record(Making)
             check(making)
         file = cls.build_from_reader(reader, making=making, evidence=evidence)
-        # for use of the brake without its file; not a field, so equal numbers are equal brakes
+        # not a field, so that brakes with equal numbers are equal
         object.__setattr__(file.brake, "_evidence", evidence)
         if any(path.startswith("build.") for path in reader.sources):
             with reader.locate_errors():
@@ -127,9 +127,15 @@ class BrakeFile(RecordFile[Brake]):
 
     @property
     def is_calibrated(self) -> bool:
-        """Whether the scale factor has a source, such as a fit to pulls, and is not assumed."""
+        """Whether the scale factor has a source, such as a fit to pulls of this very brake."""
         source = self.sources.get("scale_factor")
-        return source is not None and source.kind not in ("assumed", "unstated")
+        has_source = source is not None and source.kind not in ("assumed", "unstated")
+        return has_source and not self.is_changed
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether the brake is no longer the one that was calibrated."""
+        return any(entry.command == "calibrate" for entry in self.outdated_evidence)
 
     @cached_property
     def _changes_since_tests(self) -> tuple[bool, ...]:
@@ -186,7 +192,20 @@ class BrakeFile(RecordFile[Brake]):
                 f"no stiffness was measured for {self.name}: the sheets' computed "
                 "stiffness is used; real rigs are several times more compliant"
             )
-        return make_notices([*out, *self.spacer_notices()])
+        return make_notices([*out, *self.spacer_notices(), *self.change_notices()])
+
+    def change_notices(self) -> Iterator[Notice]:
+        """Yield a notice if the brake is no longer the one that was calibrated."""
+        for entry in self.outdated_evidence:
+            if entry.command == "calibrate":
+                changes = entry.find_changes(self.known_values)
+                texts = [_describe_change(path, *ends) for path, ends in changes.items()]
+                remainder = f" and {len(texts) - 3} more" if len(texts) > 3 else ""
+                yield Notice(
+                    f"{self.name} was calibrated on {entry.date} and changed since: "
+                    f"{', '.join(texts[:3])}{remainder}; calibrate it again",
+                    "changed-since-tests",
+                )
 
     def spacer_notices(self) -> Iterator[Notice]:
         """Yield a notice if spacers or their effect are not stated but may change the friction."""
@@ -210,6 +229,16 @@ class BrakeFile(RecordFile[Brake]):
                 "spacers were not stated then, give that brake's amplification_held",
                 "amplification-unstated",
             )
+
+
+def _describe_change(path: str, test_value: Any, current_value: Any) -> str:
+    def text(value: Any) -> str:
+        if value is None or isinstance(value, str | bool):
+            return "not stated" if value is None else str(value).lower()
+        spec = BrakeFile.fields[path].spec
+        return show(value, spec.unit if isinstance(spec, QuantitySpec) else "1")
+
+    return f"{path} was {text(test_value)}, is {text(current_value)}"
 
 
 def materials() -> dict[str, dict[str, str]]:
@@ -245,8 +274,8 @@ def _keep_laser_warning(
     """Store the catalogue's warning against lasers as `was` if the file overrides the warning."""
     choice = reader.values.get(_LASER)
     if values.get(_LASER) == "never" and choice != "never" and not reader.sources[_LASER].was:
-        was = f"never: {sources[_LASER].text}"
-        reader.sources[_LASER] = evolve(reader.sources[_LASER], was=was)
+        old_source = f"never: {sources[_LASER].text}"
+        reader.sources[_LASER] = evolve(reader.sources[_LASER], was=old_source)
 
 
 def _copy_screw_count(reader: Reader) -> None:

@@ -1,6 +1,7 @@
 """An effect on the forces of a brake, as an object that answers what solvers and exports ask."""
 
-from typing import Any, ClassVar
+import math
+from typing import Any, ClassVar, NamedTuple
 
 from layerjam.core.errors import QuantityError
 from layerjam.core.evolve import evolve
@@ -8,6 +9,42 @@ from layerjam.core.toml_files.plugin_tables import name_table
 
 GROUP = "layerjam.effects"
 """Entry points: record classes of the tables [effects.NAME]."""
+
+
+class SlipShape(NamedTuple):
+    """Factor of an effect on the friction along the slip, as the solvers ask for it."""
+
+    effect: Any
+    brake: Any
+
+    def factor(self, slip: Any) -> Any:
+        """Return the factor at a slip [m]."""
+        return self.effect.slip_factor(slip, self.brake)
+
+    def fall_over(self, left: Any, slip: Any) -> Any:
+        """Return the decrease of the factor along its tangent, over a further slip `left` [m]."""
+        return -left * self.effect.slip_slope(slip, self.brake)
+
+    def gain(self, slip: Any) -> Any:
+        """Return the slope of ln(factor) versus that of the friction coefficient: none."""
+        return 0.0
+
+    def scale(self, factor: Any) -> "SlipShape":
+        """Return the shape with `factor` times the friction coefficient: the same."""
+        return self
+
+    @property
+    def length(self) -> Any:
+        """Return the slip [m] within which the factor changes."""
+        return self.effect.slip_length(self.brake)
+
+    def amplify_middle(self, stress: Any) -> Any:
+        """Return a stress in the middle sheet at rest: with the factor of all sheets."""
+        return stress * self.factor(0.0)
+
+    def interface_factors(self, slip: Any) -> tuple[Any, Any]:
+        """Return the factor of each interface at its slip [m], and its fall [1/m]: (n - 1,)."""
+        return self.factor(slip), self.fall_over(1.0, slip)
 
 
 class Effect:
@@ -24,7 +61,7 @@ class Effect:
     depends_on_slip: ClassVar[bool] = False
     """Whether the friction is no longer proportional to the remaining overlap."""
     depends_on_speed: ClassVar[bool] = False
-    """Whether the friction depends on the sliding speed."""
+    """Whether the friction grows with the sliding speed, as `growth` and `growth_slope` state."""
     changes_enclosure: ClassVar[bool] = False
     """Whether the enclosure no longer has a single modulus."""
     in_kernel: ClassVar[bool] = False
@@ -52,6 +89,38 @@ class Effect:
     def growth(self, speed: Any, brake: Any) -> Any:
         """Return the friction at a sliding speed [m/s], relative to that in its test."""
         return 1.0
+
+    def growth_slope(self, speed: Any, brake: Any) -> Any:
+        """Return the slope of ln(growth) versus the speed [s/m]: above 0 if it grows with speed."""
+        return 0.0
+
+    def rest_speed(self, brake: Any) -> Any:
+        """Return the speed [m/s] far below which `growth` no longer changes."""
+        return math.inf
+
+    def test_speed(self, brake: Any) -> float:
+        """Return the speed [m/s] at which `growth` is 1."""
+        return 0.0
+
+    def fastest_speed(self, brake: Any) -> float:
+        """Return the highest speed [m/s] at which `growth` was measured; infinite if unknown."""
+        return math.inf
+
+    def slip_factor(self, slip: Any, brake: Any) -> Any:
+        """Return the friction at a slip [m], relative to friction proportional to the overlap."""
+        return 1.0
+
+    def slip_slope(self, slip: Any, brake: Any) -> Any:
+        """Return the slope of `slip_factor` versus slip [1/m]; the friction must still fall."""
+        return 0.0
+
+    def slip_length(self, brake: Any) -> Any:
+        """Return the slip [m] within which `slip_factor` changes."""
+        return brake.sheets.overlap
+
+    def make_shape(self, factor: Any, brake: Any) -> Any:
+        """Return the factor along the slip, for `factor` times the film's friction coefficient."""
+        return SlipShape(self, brake)
 
     def remove(self, brake: Any) -> Any:
         """Return the brake without the effect."""

@@ -1,7 +1,5 @@
 """The silicone enclosure around the stack."""
 
-import math
-
 from layerjam.core.conversion import Quantity
 from layerjam.core.units import quantity, record
 
@@ -14,15 +12,6 @@ square root of their product, which results in 0.27, rounded up.
 """
 SILICONE_FRICTION = 1.5
 """Factor within which the friction of the enclosure on the sheets is known without a test."""
-
-
-def combine_uncertainty(modulus_sd: float) -> float:
-    """Return the relative uncertainty of the enclosure's force if its modulus was measured.
-
-    `modulus_sd` is the relative standard uncertainty of the modulus; the force is proportional to
-    the square root of modulus times friction.
-    """
-    return math.hypot(modulus_sd, math.log(SILICONE_FRICTION)) / 2
 
 
 @record

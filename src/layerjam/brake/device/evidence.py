@@ -31,6 +31,7 @@ RANGES: Mapping[str, QuantitySpec] = MappingProxyType(
         "slip": QuantitySpec("m", "slip of the tests", lo=0),
         "speed": QuantitySpec("m/s", "speed of the tests", lo=0),
         "force": QuantitySpec("N", "force of the tests", lo=0),
+        "strain": QuantitySpec("1", "strain of the enclosure in the tests", lo=0),
     }
 )
 LAWS = (
@@ -41,6 +42,7 @@ LAWS = (
 FITTED_TO: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "friction": ("film.product", "film.static", "film.kinetic"),
+        "enclosure": ("enclosure.product", "enclosure.modulus", "hyperelastic."),
         "calibrate": (
             *("sheets.count", "sheets.width", "sheets.thickness", "sheets.overlap"),
             *("sheets.free_left", "sheets.free_right"),
@@ -51,6 +53,10 @@ FITTED_TO: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """{command: values of a brake for which its tests hold}, with names as in `LAWS`."""
+REQUIRED_RANGES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {"friction": (), "calibrate": ("vacuum", "slip"), "enclosure": ("strain",)}
+)
+"""{command: ranges without which nothing would be outside the tests}."""
 PARTS = ("mean", "test", "mounting")
 LARGEST, LARGEST_EXPONENT, FEWEST_DEGREES = 4.0, 1.0, 0.5
 """Bounds of covariances of logarithms, of the SD of an exponent, and of degrees of freedom."""
@@ -100,17 +106,17 @@ class Evidence:
         changes = {}
         # a law that the file did not state during the tests is new
         laws = (path for path in values if path not in self.fitted and _is_law(path))
-        for path in (path for path in (*self.fitted, *laws) if _belongs(path, self.command)):
+        for path in (path for path in (*self.fitted, *laws) if _holds_for_path(path, self.command)):
             test_value: Any = self.fitted.get(path)
             value: Any = values.get(path)
             if value is None and isinstance(test_value, str):
-                continue  # a plain brake has numbers only
-            alike = (
+                continue  # a Brake without its file has numbers only
+            is_unchanged = (
                 abs(value - test_value) <= 1e-9 * abs(test_value)
                 if _is_number(value) and _is_number(test_value)
                 else value == test_value
             )
-            if not alike:
+            if not is_unchanged:
                 changes[path] = (test_value, value)
         return changes
 
@@ -139,9 +145,9 @@ class Evidence:
         if not isinstance(row, dict):
             raise QuantityError("tested must be tables, each after a line [[tested]]")
         keys = {f.name for f in fields(cls)}
-        odd = ", ".join(sorted(set(row) - keys))[:60]
-        if odd:
-            raise QuantityError(f"tested has the unknown key {odd}")
+        unknown_keys = ", ".join(sorted(set(row) - keys))[:60]
+        if unknown_keys:
+            raise QuantityError(f"tested has the unknown key {unknown_keys}")
         values: dict[str, Any] = {}
         for key, read in _READERS.items():
             try:
@@ -151,6 +157,12 @@ class Evidence:
                     f"tested: {key} is missing or not as `calibrate` writes it; calibrate again, "
                     "or remove the table"
                 ) from None
+        missing = set(REQUIRED_RANGES[values["command"]]) - set(values["ranges"])
+        if missing:
+            keys_text = ", ".join(f"ranges.{name}" for name in sorted(missing))
+            raise QuantityError(
+                f"tested: {keys_text} is missing; state the range of the tests, or remove the table"
+            )
         size = len(values["names"])
         if any(len(part.covariance) != size for part in values["parts"]):
             raise QuantityError(f"tested: the covariance in parts is not that of {size} names")
@@ -178,11 +190,11 @@ def state_fitted(
 
     `values` are those of its file, `changes` {path: (value, source)} those that the command writes.
     """
-    after = dict(values) | {path: change and change[0] for path, change in changes.items()}
+    new_values = dict(values) | {path: change and change[0] for path, change in changes.items()}
     return {
         path: value
-        for path, value in after.items()
-        if value is not None and _belongs(path, command)
+        for path, value in new_values.items()
+        if value is not None and _holds_for_path(path, command)
     }
 
 
@@ -190,7 +202,7 @@ def _is_law(path: str) -> bool:
     return path in LAWS or f"{path.partition('.')[0]}." in LAWS
 
 
-def _belongs(path: str, command: str) -> bool:
+def _holds_for_path(path: str, command: str) -> bool:
     """Return whether the tests of a command hold for one value of a path only."""
     return path in FITTED_TO[command] or f"{path.partition('.')[0]}." in FITTED_TO[command]
 
@@ -247,9 +259,15 @@ def _read_fitted(row: Mapping[str, Any]) -> dict[str, Any]:
     fitted = dict(row["fitted"])
     for path, value in fitted.items():
         is_known = isinstance(value, str | bool) or (_is_number(value) and math.isfinite(value))
-        if not (is_known and _belongs(path, row["command"])):
+        if not (is_known and _holds_for_path(path, row["command"])):
             raise ValueError(path)
-    if not fitted:
+    # a change of a value that is not stated would go unnoticed
+    every_file_has = (
+        path
+        for path in FITTED_TO[row["command"]]
+        if not (_is_law(path) or path.endswith(".product"))
+    )
+    if not all(path in fitted for path in every_file_has):
         raise ValueError("fitted")
     return fitted
 

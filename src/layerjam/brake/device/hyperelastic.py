@@ -96,9 +96,9 @@ def validate_hyperelastic(rubber: Hyperelastic) -> None:
     strains = rubber.strain * np.arange(_STEPS + 1) / _STEPS
     with np.errstate(all="ignore"):
         stresses = uniaxial_stress(strains, rubber, np)
-        rises = np.isfinite(stresses[1:]) & (np.diff(stresses) > 0)
-    if not rises.all():
-        strain = strains[rises.argmin()]
+        is_rising = np.isfinite(stresses[1:]) & (np.diff(stresses) > 0)
+    if not is_rising.all():
+        strain = strains[is_rising.argmin()]
         raise QuantityError.of(
             "hyperelastic",
             f"its stress does not rise at a strain of {strain:.3g}; it must rise up to "

@@ -12,9 +12,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile, materials
 from layerjam.brake.device.evidence import Evidence
 from layerjam.brake.device.load import devices, load
+from layerjam.core.evolve import evolve
 from layerjam.core.toml_files.toml import parse_toml
 
 Array = npt.NDArray[np.float64]
@@ -98,7 +100,28 @@ def list_unknowns(file: BrakeFile) -> Iterator[Unknown]:
     else:
         low, high = (math.log(end) for end in COMPUTED_STIFFNESS)
         yield _single("stiffness_measured", (high - low) / 2 / 1.96, shift=(low + high) / 2)
-    yield _single("enclosure_force", file.brake.enclosure.force_sd)
+    entry = _enclosure_evidence(file)
+    if entry is None:
+        yield _single("enclosure_force", file.brake.enclosure.force_sd)
+    else:
+        yield from _from_evidence(entry)
+
+
+def _enclosure_evidence(file: BrakeFile) -> Evidence | None:
+    """Return what tensile tests of the enclosure showed, unless the file states its uncertainty."""
+    if file.brake.enclosure.force_uncertainty is not None:
+        return None
+    return file.valid_evidence("enclosure")
+
+
+def rate_enclosure(file: BrakeFile) -> Brake:
+    """Return the brake of a file, with the uncertainty of its enclosure that tests showed."""
+    entry, brake = _enclosure_evidence(file), file.brake
+    if entry is None:
+        return brake
+    place = entry.names.index("enclosure_force")
+    sd = math.sqrt(entry.find_covariance()[place, place])
+    return evolve(brake, enclosure=evolve(brake.enclosure, force_uncertainty=sd))
 
 
 def join_alike(unknowns: Iterable[Unknown]) -> tuple[Unknown, ...]:

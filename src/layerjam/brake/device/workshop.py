@@ -255,8 +255,8 @@ def find_changed_input(build: Build, *names: str) -> str:
 
     If inputs contradict each other, the error should name one that the user has set.
     """
-    usual = Build()
-    return next((n for n in names if getattr(build, n) != getattr(usual, n)), names[0])
+    default = Build()
+    return next((n for n in names if getattr(build, n) != getattr(default, n)), names[0])
 
 
 def check_build(brake: Brake, build: Build) -> None:
@@ -266,14 +266,16 @@ def check_build(brake: Brake, build: Build) -> None:
     def refuse(key: str, problem: str, unit: str = "m") -> None:
         raise QuantityError.of(f"build.{key}", f"{show(getattr(build, key), unit)} {problem}")
 
-    def check_order(small: str, large: str, equal: bool, unit: str = "m") -> None:
-        """Raise an error unless `small` is below `large` or, with `equal`, equal to it."""
+    def check_order(small: str, large: str, may_be_equal: bool, unit: str = "m") -> None:
+        """Raise an error unless `small` is below `large` or, with `may_be_equal`, equal to it."""
         low, high = getattr(build, small), getattr(build, large)
-        if low < high or (equal and low == high):
+        if low < high or (may_be_equal and low == high):
             return
         key = find_changed_input(build, small, large)
         words = (
-            ("is more than", "is less than") if equal else ("is not less than", "is not more than")
+            ("is more than", "is less than")
+            if may_be_equal
+            else ("is not less than", "is not more than")
         )
         problem, limit = (words[0], large) if key == small else (words[1], small)
         refuse(key, f"{problem} build.{limit}, {show(getattr(build, limit), unit)}", unit)
@@ -295,8 +297,8 @@ def check_build(brake: Brake, build: Build) -> None:
     if build.kerf and build.kerf >= hole:
         refuse("kerf", f"must be less than the screw's hole of {show(hole, 'm')}")
     if build.kerf:
-        check_order("kerf", "gap", equal=False)
-    check_order("kerf", "margin", equal=True)
+        check_order("kerf", "gap", may_be_equal=False)
+    check_order("kerf", "margin", may_be_equal=True)
     for radius in ("tip_radius", "clamp_radius"):
         if getattr(build, radius) >= width / 2:
             refuse(radius, f"must be less than half the sheets' width, {show(width / 2, 'm')}")
@@ -304,12 +306,14 @@ def check_build(brake: Brake, build: Build) -> None:
         for radius in ("tip_radius", "clamp_radius"):
             if getattr(build, radius) < 0.5e-3:
                 refuse(radius, "is too sharp for a knife; give at least 0.5 mm")
-    check_order("edge", "cheek", equal=False)
-    check_order("sprue", "trim", equal=True)  # the entire sprue is in the part that is trimmed off
-    check_order("vent", "trim", equal=True)
-    check_order("tie_width", "tie_slot", equal=True)
-    check_order("tie_slot", "neck_length", equal=False)
-    check_order("tie_tension", "tie_strength", equal=True, unit="N")
+    check_order("edge", "cheek", may_be_equal=False)
+    check_order(
+        "sprue", "trim", may_be_equal=True
+    )  # the entire sprue is in the part that is trimmed off
+    check_order("vent", "trim", may_be_equal=True)
+    check_order("tie_width", "tie_slot", may_be_equal=True)
+    check_order("tie_slot", "neck_length", may_be_equal=False)
+    check_order("tie_tension", "tie_strength", may_be_equal=True, unit="N")
     for key, pair in (("stock_length", "stock_width"), ("stock_width", "stock_length")):
         if getattr(build, key) is not None and getattr(build, pair) is None:
             refuse(key, f"is given without build.{pair}; give both or neither")

@@ -4,6 +4,7 @@ Lengths along the pull are to scale; thicknesses are drawn larger, as the figure
 """
 
 from dataclasses import dataclass
+from importlib.resources import files
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
@@ -21,15 +22,19 @@ SIDE = 15.0
 
 
 @dataclass(frozen=True)
-class _Shape:
-    """Lengths along the pull [mm], and the number of drawn sheets."""
+class Shape:
+    """Lengths along the pull, width and thickness [mm], and the numbers of sheets."""
 
     left: float
     overlap: float
     right: float
     cap: float
     travel: float
+    width: float
+    thickness: float
+    count: int
     sheets: int
+    """Number of drawn sheets."""
 
     @property
     def length(self) -> float:
@@ -42,23 +47,32 @@ class _Shape:
         return 0.16 * (self.length + self.travel)
 
 
-def _make_shape(brake: Brake) -> _Shape:
+def make_shape(brake: Brake) -> Shape:
+    """Return the lengths of a brake's drawing, here and in brake_drawing.js."""
     sheets = brake.sheets
     free = sheets.free_left + sheets.overlap + sheets.free_right
-    return _Shape(
+    return Shape(
         left=sheets.free_left * MM,
         overlap=sheets.overlap * MM,
         right=sheets.free_right * MM,
         cap=max(brake.mount.clamped_length, 0.06 * free) * MM,
         travel=sheets.usable_travel * MM,
+        width=sheets.width * MM,
+        thickness=sheets.thickness * MM,
+        count=sheets.count,
         sheets=min(sheets.count, DRAWN),
     )
+
+
+def read_asset(name: str) -> str:
+    """Return the text of a file in this folder, such as brake_drawing.js."""
+    return (files("layerjam.brake.figures") / name).read_text(encoding="utf-8")
 
 
 @style.use_style
 def draw_device(file: BrakeFile) -> style.Figure:
     """Draw the brake at rest and at its usable travel, from the side and in cross-section."""
-    brake, shape = file.brake, _make_shape(file.brake)
+    brake, shape = file.brake, make_shape(file.brake)
     figure, axes = style.make_axes(2, 2, 8.6, 5.0, width_ratios=(4.4, 1))
     loose, loose_end, pull, pull_end = axes
     for pane in axes:
@@ -85,7 +99,7 @@ def draw_device(file: BrakeFile) -> style.Figure:
     return figure
 
 
-def _draw_side_view(axes: style.Axes, shape: _Shape, travel: float, pitch: float) -> None:
+def _draw_side_view(axes: style.Axes, shape: Shape, travel: float, pitch: float) -> None:
     from matplotlib.patches import Polygon, Rectangle
 
     end = shape.length + travel
@@ -112,7 +126,7 @@ def _draw_side_view(axes: style.Axes, shape: _Shape, travel: float, pitch: float
         axes.add_patch(box)
 
 
-def _body_height(shape: _Shape, pitch: float) -> float:
+def _body_height(shape: Shape, pitch: float) -> float:
     return (shape.sheets - 1) / 2 * pitch + SHEET + 0.45
 
 
@@ -127,7 +141,7 @@ def _add_size(axes: style.Axes, start: float, stop: float, y: float, text: str, 
     style.add_label(axes, x, y - 0.9, text, ha=ha, va="top")
 
 
-def _label_rest_view(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
+def _label_rest_view(axes: style.Axes, shape: Shape, brake: Brake) -> None:
     sheets, high = brake.sheets, _body_height(shape, LOOSE)
     y, edge = -high - 1.6, shape.left + shape.overlap
     narrow = 0.1 * (shape.length + shape.travel)
@@ -161,12 +175,12 @@ def _label_rest_view(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
     style.add_label(axes, place[0], place[1] - 2.2, "held right", ha="left", color=ORANGE)
 
 
-def _label_travel_view(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
+def _label_travel_view(axes: style.Axes, shape: Shape, brake: Brake) -> None:
     sheets, high, low = brake.sheets, _body_height(shape, LOOSE), _body_height(shape, JAMMED)
     start, edge = shape.left + shape.travel, shape.left + shape.overlap
     end, y = shape.length + shape.travel, -high - 1.6
-    left = sheets.overlap - sheets.usable_travel
-    _add_size(axes, start, edge, y, f"overlap $L_2 − x$ = {show(left, 'm')}")
+    overlap_left = sheets.overlap - sheets.usable_travel
+    _add_size(axes, start, edge, y, f"overlap $L_2 − x$ = {show(overlap_left, 'm')}")
     _add_size(
         axes,
         shape.length,
@@ -190,7 +204,7 @@ def _label_travel_view(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
         style.add_label(axes, root + sign * reach / 2, 2.2, "force $F$", ha="center")
 
 
-def _draw_end_view(axes: style.Axes, brake: Brake, shape: _Shape, pitch: float) -> None:
+def _draw_end_view(axes: style.Axes, brake: Brake, shape: Shape, pitch: float) -> None:
     from matplotlib.patches import FancyBboxPatch, Rectangle
 
     half = 6.0

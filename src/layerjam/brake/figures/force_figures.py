@@ -22,7 +22,7 @@ from layerjam.brake.simulate.pull_spread import find_pull_band
 from layerjam.brake.simulate.record import TensileRecord
 from layerjam.brake.simulate.stick_slip import StickSlipRecord, force_bounds
 from layerjam.core.drawing import style
-from layerjam.core.drawing.chart import Curve, Pane, draw_pane
+from layerjam.core.drawing.chart import Curve, Pane, dash_untested, draw_pane
 from layerjam.core.drawing.style import BLUE, GREY, INK, KPA, MM, MS, ORANGE, RED
 from layerjam.core.units import show
 
@@ -44,18 +44,24 @@ def pull_panes(record: Any, headline: str, detail: str, x: str = "elongation [mm
 
 def tensile_panes(record: TensileRecord) -> list[Pane]:
     """Return the pane of force versus elongation of a simulated pull."""
-    first = record.procedure if len(record.procedure) < 66 else record.procedure[:63] + "..."
-    detail = f"simulated, {record.model}; {first}"
+    detail = f"simulated, {record.model}: {_shorten_procedure(record.procedure)}"
     (pane,) = pull_panes(record, record_title(record), detail, "elongation at the crosshead [mm]")
     band = find_pull_band(record)
     if band is None:
         return [pane]
-    elongation, low, high, is_tested = band
-    edges = (Curve(elongation * MM, low, GREY), Curve(elongation * MM, high, GREY))
-    top = max(float(pane.y_range[1] or 0.0), 1.1 * float(np.nanmax(high)))
-    curves = [replace(pane.curves[0], dash="solid" if is_tested else "dashed")]
+    low, high = (Curve(band.elongation * MM, end, GREY) for end in (band.low, band.high))
+    top = max(float(pane.y_range[1] or 0.0), 1.1 * float(np.nanmax(band.high)))
+    curves = dash_untested(pane.curves[0], band.tested_end * MM)
     words = f"{pane.detail}; band: 95 %"
-    return [replace(pane, curves=curves, bands=[edges], y_range=(0, top), detail=words)]
+    return [replace(pane, curves=curves, bands=[(low, high)], y_range=(0, top), detail=words)]
+
+
+def _shorten_procedure(text: str, longest: int = 58) -> str:
+    """Return the first steps of a procedure, as many as fit, and the number of the others."""
+    steps = text.split("; ")
+    fitting = max(int(np.sum(np.cumsum([len(step) + 2 for step in steps]) <= longest)), 1)
+    others = len(steps) - fitting
+    return "; ".join([*steps[:fitting], *[f"and {others} more"] * (others > 0)])
 
 
 def bounds_panes(record: StickSlipRecord) -> list[Pane]:
@@ -77,7 +83,7 @@ def bounds_panes(record: StickSlipRecord) -> list[Pane]:
 @style.use_style
 def draw_stick_slip(record: StickSlipRecord, pane: Pane) -> style.Figure:
     """Draw force versus elongation with the stick–slip bounds, and the last slip enlarged."""
-    figure, (full, zoom) = style.make_axes(columns=2, width=10.4, height=3.8, width_ratios=(1.7, 1))
+    figure, (full, zoom) = style.make_axes(columns=2, width=9.6, height=3.8, width_ratios=(1.7, 1))
     draw_pane(full, pane)
     _draw_last_slip(zoom, record)
     return figure
@@ -87,8 +93,8 @@ def _draw_last_slip(axes: style.Axes, record: StickSlipRecord) -> None:
     """Draw the last slip versus time or, if there is none, the start of steady sliding."""
     if len(record.events):
         start, end = float(record.events.break_time[-1]), float(record.events.stick_time[-1])
-        room = 0.25 * (end - start)
-        start, end, headline = start - room, end + room, "The last slip in slow motion"
+        margin = 0.25 * (end - start)
+        start, end, headline = start - margin, end + margin, "The last slip in slow motion"
         detail = "sheets stick, slip, stick"
     else:
         moving = np.flatnonzero(record.sliding)

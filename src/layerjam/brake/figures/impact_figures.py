@@ -21,6 +21,8 @@ from layerjam.core.units import show
 
 save = style.save
 SLIP = 0.040
+BAR = 0.01
+"""Half of the width of a bar, relative to the time of the stop."""
 TIME, FORCE = "time [ms]", "force [N]"
 
 
@@ -55,6 +57,30 @@ def drop_panes(record: DropRecord, crash: Crash | None = None) -> list[Pane]:
     ]
 
 
+def show_certainty(
+    panes: list[Pane], peak: tuple[float | None, float | None], basis: str | None
+) -> list[Pane]:
+    """Return the panes of `drop_panes` with the 95 % interval of the peak force [N] as a bar.
+
+    The curves are dashed if the basis is that the stop is outside the tested range.
+    """
+    if basis == "extrapolated":
+        panes = [
+            replace(pane, curves=[replace(pane.curves[0], dash="dashed"), *pane.curves[1:]])
+            for pane in panes
+        ]
+    low, high = peak
+    if low is None or high is None:
+        return panes
+    force = panes[0]
+    # as wide as the point at the peak, because the band is not that of the whole curve
+    x = force.marks[0][0] + BAR * np.array([-1.0, 1.0]) * force.curves[0].x[-1]
+    edges = Curve(x, np.full(2, low), GREY), Curve(x, np.full(2, high), GREY)
+    words = f"{force.detail}; bar: 95 % of peaks"
+    top = max(float(force.y_range[1] or 0.0), 1.1 * high)
+    return [replace(force, bands=[edges], y_range=(0, top), detail=words), *panes[1:]]
+
+
 def _make_work_pane(curves: list[Curve], high: Ends) -> Pane:
     """Return the pane of force versus displacement; the area below the first curve is the work."""
     ground = (replace(curves[0], y=0 * curves[0].y), curves[0])
@@ -81,23 +107,23 @@ def draw_fig11() -> style.Figure:
     """Draw peak acceleration versus impact speed: no brake, full vacuum, tuned vacuum."""
     brake = load("choi2018-kapton").brake
     rope = float(brake.rope.stiffness) if brake.rope is not None else np.inf
-    g, full = brake.site.gravity, 94.5e3
+    g, full_vacuum = brake.site.gravity, 94.5e3
     spring = series_spring(brake, rope)
     speed = np.linspace(0.02, 3.7, 370)
-    bare = 1 + np.sqrt(1 + rope * speed**2 / g**2)
-    run = stop(1.0, speed, full, spring, g, brake)
+    bare_peak = 1 + np.sqrt(1 + rope * speed**2 / g**2)
+    run = stop(1.0, speed, full_vacuum, spring, g, brake)
     hard, out = np.asarray(run.peak_force) / g, np.asarray(run.outcome) == BOTTOMED_OUT
     vacuum = np.asarray(tuned_vacuum(1.0, speed, SLIP, spring, g, brake))
-    is_tuned = np.isfinite(vacuum) & (vacuum <= full)
-    soft = np.asarray(peak(np.where(is_tuned, vacuum, full), 0.06, brake).force) / g
-    floor = 1 + speed**2 / (2 * g * (SLIP + soft * g / spring))
+    is_tuned = np.isfinite(vacuum) & (vacuum <= full_vacuum)
+    peak_g = np.asarray(peak(np.where(is_tuned, vacuum, full_vacuum), 0.06, brake).force) / g
+    floor = 1 + speed**2 / (2 * g * (SLIP + peak_g * g / spring))
     figure, (axes,) = style.make_axes(width=7.6, height=4.8)
-    axes.plot(speed, bare, color=INK, label="no brake")
+    axes.plot(speed, bare_peak, color=INK, label="no brake")
     axes.plot(speed[~out], hard[~out], color=BLUE, label="full vacuum, 94.5 kPa")
     axes.plot(speed[out], hard[out], color=BLUE, ls=style.DOTTED, label="out of travel")
-    axes.plot(speed[is_tuned], soft[is_tuned], color=GREEN, label="tuned for 40 mm")
-    (least,) = axes.plot(speed[is_tuned], floor[is_tuned], color=GREY, lw=1.1, ls=style.DASHED)
-    least.set_label("lower bound, 1 + v²/2gz")
+    axes.plot(speed[is_tuned], peak_g[is_tuned], color=GREEN, label="tuned for 40 mm")
+    (floor_line,) = axes.plot(speed[is_tuned], floor[is_tuned], color=GREY, lw=1.1, ls=style.DASHED)
+    floor_line.set_label("lower bound, 1 + v²/2gz")
     axes.plot([0.5, 2.5], [2, 2], color=RED, lw=3)
     axes.set(xlabel="speed at impact [m/s]", ylabel="peak acceleration [g]")
     axes.set(xlim=(0, 3.8), ylim=(0, 54))

@@ -1,6 +1,6 @@
 // What a reader moves, and what is computed from it. `DATA` comes from live_page.py.
 
-const {full, end, gravity, margin, search, size, count} = DATA;
+const {full, end, gravity, margin, search, shape} = DATA;
 const KPA = 1e3, MM = 1e-3;
 const find = name => document.getElementById(`live-${name}`);
 const kernel = await openKernel(DATA.module, DATA.numbers);
@@ -34,30 +34,19 @@ const inputs = {};
 const mm = (length, digits) => say(length / MM, 'mm', digits);
 const kpa = vacuum => say(vacuum / KPA, 'kPa');
 
-// a number and a slider for one quantity, at its place in the page
+// a number and a slider for one quantity, at its place in the page; the browser checks the bounds
 const addField = place => {
   const key = place.dataset.field, [name, unit, factor, low, high] = FIELDS[key];
-  const [least, most] = [low / factor, high / factor];
-  const make = (type, more) => Object.assign(
-    document.createElement('input'), {type, min: least, max: most, step: 'any', ...more});
-  const label = document.createElement('label');
-  label.textContent = `${name} [${unit}]`;
-  const number = make('number', {id: `live-number-${key}`, inputMode: 'decimal'});
-  label.htmlFor = number.id;
-  const slider = make('range', {});
-  slider.setAttribute('aria-label', name);
+  const bounds = {min: low / factor, max: high / factor, step: 'any', required: true};
+  const make = (kind, more) => Object.assign(document.createElement(kind), more);
+  const number = make('input', {type: 'number', id: `live-number-${key}`, ...bounds});
+  const slider = make('input', {type: 'range', ariaLabel: name, ...bounds});
+  const label = make('label', {textContent: `${name} [${unit}]`, htmlFor: number.id});
   const put = value => set(key, Math.min(Math.max(value * factor, low), high));
   slider.addEventListener('input', () =>
-    put(slider.value >= most ? most : round(+slider.value, 3)));
-  number.addEventListener('input', () => {
-    const fine = number.value !== '' && number.value >= least && number.value <= most;
-    const range = `${say(least)} to ${say(most, unit, 6)}`;
-    number.setCustomValidity(
-      fine ? '' : `${name}: ${number.value || 'nothing'} is not allowed; use ${range}`);
-    number.reportValidity();
-    if (fine) put(+number.value);
-  });
-  number.addEventListener('blur', () => { number.setCustomValidity(''); write(key); });
+    put(+slider.value < slider.max ? round(+slider.value, 3) : +slider.max));
+  number.addEventListener('input', () => { if (number.reportValidity()) put(+number.value); });
+  number.addEventListener('blur', () => write(key));
   place.append(label, slider, number);
   inputs[key] = {number, slider};
   write(key);
@@ -193,7 +182,7 @@ const draw = () => {
   drawPull();
   const stop = drawStop();
   const slip = Math.min({slip: now.slip, elongation: pulled.slip, stop: stop.slip}[shown], end);
-  drawBrake(find('brake'), {...size, count}, slip / MM, now.vacuum);
+  drawBrake(find('brake'), shape, slip / MM, now.vacuum);
   const why = {slip: 'the slip below', elongation: 'the pull', stop: 'the end of the stop'}[shown];
   find('brake-words').textContent = `Drawn at ${mm(slip)} of slip, ${why}. Blue sheets are `
     + 'held left, orange ones right; they overlap where green. Dashed: end of the travel.';

@@ -3,18 +3,19 @@
 import base64
 import html
 import json
-from importlib.resources import files
+from dataclasses import asdict
 from typing import Any
 
 from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.figures.device_drawing import make_shape, read_asset
 from layerjam.brake.kernel.parameters import check_exportable, parameters
 from layerjam.brake.kernel.web import read_module
 from layerjam.brake.simulate.least_vacuum import GRID, LEVELS, MARGIN
 from layerjam.core.drawing.page import Live
-from layerjam.core.drawing.style import MM
 from layerjam.core.errors import QuantityError
 
-SCRIPTS = ("live_kernel.js", "live_chart.js", "live_page.js")
+STYLES = ("brake_drawing.css", "live_page.css")
+SCRIPTS = ("brake_drawing.js", "live_kernel.js", "live_chart.js", "live_page.js")
 NOT_OFFERED = (
     "“Try it” is not offered for this brake, because the page's C kernel lacks its law: {}."
 )
@@ -37,35 +38,19 @@ def make_live(file: BrakeFile, rope_stiffness: float | None = None) -> Live:
     if (reason := find_missing_law(file)) is not None:
         return Live(f'<p class="banner">{html.escape(NOT_OFFERED.format(reason))}</p>')
     data = json.dumps(_make_data(file, rope_stiffness), separators=(",", ":"))
-    code = "".join(_read_text(name) for name in SCRIPTS)
-    return Live(
-        _read_text("live_page.html"), _read_text("live_page.css"), f"const DATA = {data};\n{code}"
-    )
+    style, code = ("".join(map(read_asset, names)) for names in (STYLES, SCRIPTS))
+    return Live(read_asset("live_page.html"), style, f"const DATA = {data};\n{code}")
 
 
 def _make_data(file: BrakeFile, rope_stiffness: float | None) -> dict[str, Any]:
-    brake, sheets = file.brake, file.brake.sheets
-    lengths = {
-        "cap": max(brake.mount.clamped_length, 0.004),
-        "left": sheets.free_left,
-        "overlap": sheets.overlap,
-        "right": sheets.free_right,
-        "end": sheets.usable_travel,
-    }
-    total = lengths["cap"] + sum(lengths.values())
-    sizes = {**lengths, "total": total, "width": sheets.width, "thickness": sheets.thickness}
+    brake = file.brake
     return {
         "module": base64.b64encode(read_module()).decode(),
         "numbers": [*parameters(file, rope_stiffness)],
         "full": brake.site.atmosphere,
-        "end": sheets.usable_travel,
+        "end": brake.sheets.usable_travel,
         "gravity": brake.site.gravity,
         "margin": MARGIN,
         "search": {"levels": LEVELS, "grid": GRID},
-        "size": {name: float(length) * MM for name, length in sizes.items()},
-        "count": sheets.count,
+        "shape": asdict(make_shape(brake)),
     }
-
-
-def _read_text(name: str) -> str:
-    return (files("layerjam.brake.figures") / name).read_text(encoding="utf-8")

@@ -26,7 +26,7 @@ def draw_onset() -> style.Figure:
     stack = make_stack(brake, VACUUM, mount=np.inf)
     u = np.linspace(0, 0.16e-3, 1601)
     run = pull_stack(u, stack)
-    starts = run.sliding.argmax(axis=0)
+    onset_indices = run.sliding.argmax(axis=0)
     sign = np.where(stack.right[:-1], -1.0, 1.0)
     bound = float(stack.friction[0])
     figure, (force, shares, bars) = style.make_axes(columns=3, width=11.4, height=4.0)
@@ -34,7 +34,7 @@ def draw_onset() -> style.Figure:
     force.plot(u * UM, together, color=GREY, lw=1.2, ls=style.DASHED, label="if all slid at once")
     force.plot(u * UM, run.force, color=INK)
     for pair, color in enumerate(_PAIRS):
-        start = int(starts[pair])
+        start = int(onset_indices[pair])
         name = {0: "the outermost two slide", len(_PAIRS) - 1: "all slide"}.get(pair)
         if name:
             style.add_point(force, u[start] * UM, run.force[start], color=color, label=name)
@@ -53,7 +53,7 @@ def draw_onset() -> style.Figure:
     home = np.where(stack.right, run.cap[:, None], 0.0)
     loads = np.abs(stack.springs * (run.sheets - home))
     numbers = np.arange(1, len(stack.springs) + 1)
-    moments = ((-0.2, int(starts[0]), SKY), (0.2, -1, BLUE))
+    moments = ((-0.2, int(onset_indices[0]), SKY), (0.2, -1, BLUE))
     for shift, row, color in moments:
         bars.bar(numbers + shift, loads[row], 0.38, color=color)
     bars.set(xlabel="sheet number (even sheets move)", xticks=numbers)
@@ -69,30 +69,30 @@ def draw_spread(result: Spread | None = None) -> style.Figure:
     """Draw the scatter of peak, onset and stiffness from the scatter of interface friction."""
     file = load("choi2018-kapton")
     result = result or peak_spread(file, VACUUM, 0.10, samples=5_000)
-    even = peak_spread(file, VACUUM, 0.0, samples=1)
+    even_spread = peak_spread(file, VACUUM, 0.0, samples=1)
     figure, (force, stiffness) = style.make_axes(
         columns=2, width=9.8, height=3.9, width_ratios=(1.7, 1)
     )
     bins = np.linspace(result.onset.min(), result.peak.max(), 90)
-    for values, same, color, name in (
-        (result.onset, float(even.onset[0]), ORANGE, "first interface slides"),
-        (result.peak, float(even.peak[0]), BLUE, "peak"),
+    for values, even_value, color, name in (
+        (result.onset, float(even_spread.onset[0]), ORANGE, "first interface slides"),
+        (result.peak, float(even_spread.peak[0]), BLUE, "peak"),
     ):
         words = f"{name}: {values.mean():.1f} ± {values.std(ddof=1):.1f} N"
         count, _ = np.histogram(values, bins)
         force.stairs(count, bins, fill=True, color=color, alpha=0.75, label=words)
-        force.plot([same, same], [0, count.max()], color=INK, lw=1, ls=style.DASHED)
+        force.plot([even_value, even_value], [0, count.max()], color=INK, lw=1, ls=style.DASHED)
     force.set(xlabel="force [N]", ylabel="number of stacks", ylim=(0, force.get_ylim()[1] * 1.2))
     style.add_key(force, loc="upper left")
     words = f"{result.count:,} stacks, friction scatter {result.scatter:.0%}; dashed: no scatter"
     style.add_title(force, "With scatter, the first interface slides earlier", words)
     count, bins = np.histogram(result.stiffness * KN, 60)
     stiffness.stairs(count, bins, fill=True, color=GREEN, alpha=0.75)
-    stiffness.axvline(float(even.stiffness[0]) * KN, color=INK, lw=1, ls=style.DASHED)
-    below = "stiffness, 20 to 80 % of the peak [kN/m]"
+    stiffness.axvline(float(even_spread.stiffness[0]) * KN, color=INK, lw=1, ls=style.DASHED)
+    x_label = "stiffness, 20 to 80 % of the peak [kN/m]"
     mean, sd = result.stiffness.mean() * KN, result.stiffness.std(ddof=1) * KN
     style.label_axes(
-        stiffness, "The rig sets the stiffness", f"{mean:.2f} ± {sd:.2f} kN/m", xlabel=below
+        stiffness, "The rig sets the stiffness", f"{mean:.2f} ± {sd:.2f} kN/m", xlabel=x_label
     )
     stiffness.set_ylabel("number of stacks")
     return figure

@@ -122,8 +122,8 @@ def held_vacuum(time: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
     V p' = G (a^2 - p^2)/(2a) from the vacuum `start` [Pa]; `rate` = G/V [1/s]. A small vacuum falls
     like exp(-rate t), a deep one more slowly. A pressure above atmospheric is a negative vacuum.
     """
-    left = start / (2 * atmosphere - start) * np.exp(-rate * time)
-    return 2 * atmosphere * left / (1 + left)
+    ratio = start / (2 * atmosphere - start) * np.exp(-rate * time)
+    return 2 * atmosphere * ratio / (1 + ratio)
 
 
 def leak_down_time(end: Any, start: Any, rate: Any, atmosphere: Any) -> Any:

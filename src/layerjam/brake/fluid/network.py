@@ -166,23 +166,23 @@ def advance(state: Array, drive: Drive, line: Line, dt: float, steps: int = 1) -
     """Return the state after `steps` fourth-order Runge-Kutta steps over `dt` [s]."""
     h = dt / steps
     for _ in range(steps):
-        half = drive._replace(slip=drive.slip + h / 2 * drive.pace)
-        after = drive._replace(slip=drive.slip + h * drive.pace)
+        mid_drive = drive._replace(slip=drive.slip + h / 2 * drive.pace)
+        drive_after = drive._replace(slip=drive.slip + h * drive.pace)
         k1 = state_rates(state, drive, line)
-        k2 = state_rates(state + h / 2 * k1, half, line)
-        k3 = state_rates(state + h / 2 * k2, half, line)
-        k4 = state_rates(state + h * k3, after, line)
+        k2 = state_rates(state + h / 2 * k1, mid_drive, line)
+        k3 = state_rates(state + h / 2 * k2, mid_drive, line)
+        k4 = state_rates(state + h * k3, drive_after, line)
         state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        drive = after
+        drive = drive_after
     return state
 
 
 def gas_imbalance(state: Array, start: Array) -> float:
     """Return the gas that is unaccounted for, relative to the gas present or passed [1]."""
-    total, before = float(state[3:6].sum()), float(start[3:6].sum())
+    total, initial_gas = float(state[3:6].sum()), float(start[3:6].sum())
     flows = state[PUMPED:SIZE] - start[PUMPED:SIZE]
-    scale = max(total, before, float(np.abs(flows).sum()))
-    return abs(total - before + flows[0] - flows[1] - flows[2]) / scale
+    scale = max(total, initial_gas, float(np.abs(flows).sum()))
+    return abs(total - initial_gas + flows[0] - flows[1] - flows[2]) / scale
 
 
 @brief
@@ -223,7 +223,7 @@ class Response:
 
 def _state_scales(begin: Array, line: Line) -> Array:
     sizes = np.maximum(begin, 1e-9)
-    if line.tube is not None and line.tube.cells:  # flows and amounts of gas moved start at zero
+    if line.tube is not None and line.tube.cells:  # flows and moved amounts of gas start at zero
         sizes[SIZE + line.tube.cells :] = tube_area(line.tube) * line.site.atmosphere
         sizes[PUMPED:SIZE] = np.maximum(sizes[PUMPED:SIZE], begin[3])
         sizes[2] = sizes[5] = max(float(sizes[2]), 1.0)

@@ -107,15 +107,15 @@ def _read_part(name: str, table: Any, text: str, path: object, family: str) -> P
         if key not in entries and not (key == "ultimate" and "curve" in entries):
             entries[key] = assumed_entry(value, reason)
             reader.read_entry(f"{name}.{key}", entries[key])
-    short = {k.removeprefix(f"{name}."): v for k, v in reader.values.items()}
+    values = {k.removeprefix(f"{name}."): v for k, v in reader.values.items()}
     return Part(
         name=name,
         family=family,
         title=words["name"],
         kind=words["kind"],
         note=words["note"],
-        values={k: v for k, v in short.items() if k in specs},
-        printed={k: v for k, v in short.items() if k not in specs},
+        values={k: v for k, v in values.items() if k in specs},
+        printed={k: v for k, v in values.items() if k not in specs},
         sources={k.removeprefix(f"{name}."): s for k, s in reader.sources.items()},
         entries={k: v for k, v in entries.items() if k in specs},
     )

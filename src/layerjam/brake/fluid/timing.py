@@ -73,11 +73,11 @@ def _crossing_time(response: Response, first: float, second: float) -> float | N
     return None if start is None or end is None else end - start
 
 
-def reservoir_rise_time(line: Line, target: float, at_most: float) -> float | None:
+def reservoir_rise_time(line: Line, target: float, longest: float) -> float | None:
     """Return the 10 to 90 % rise time [s] with the pump and an evacuated 0.5 L reservoir."""
     line_with_tank = evolve(line, reservoir=TANK)
     start = state_at_pressure(line_with_tank, tank_pressure=max(STORED, final_pressure(line)))
-    for duration in (1.0, at_most):  # so short a rise can be resolved only in a short run
+    for duration in (1.0, longest):  # so short a rise can be resolved only in a short run
         response = respond(line_with_tank, duration, Drive(store=1.0), start, 2001)
         low, high = response.crossing(0.1 * target), response.crossing(0.9 * target)
         if low is not None and high is not None:
@@ -106,9 +106,13 @@ def suggest_changes(line: Line, target: float, water: bool = False) -> list[tupl
             "air in place of water": air_time(line),
         }
     else:
-        half = evolve(line, chamber=evolve(chamber, volume=chamber.volume / 2))
+        half_line = evolve(line, chamber=evolve(chamber, volume=chamber.volume / 2))
         present = air_time(line)
-        times = {"as it is": present, "half the volume": air_time(half), pumps: air_time(twice)}
+        times = {
+            "as it is": present,
+            "half the volume": air_time(half_line),
+            pumps: air_time(twice),
+        }
         if line.tube is not None:
             tube = evolve(line.tube, length=line.tube.length / 2)
             times["tube half as long"] = air_time(evolve(line, tube=tube))

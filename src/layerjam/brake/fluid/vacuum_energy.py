@@ -91,10 +91,10 @@ def holding_cost(vacuum: float, line: Line) -> Holding:
         return Holding(0.0, 0.0, 0.0, None if line.pump.power is None else 0.0)
     able = line.pump.count * pump_throughput(p, line.pump, a)
     duty = leak / able if able > 0 else math.inf
-    least = leak * math.log(a / p) if p > 0 else math.inf
+    min_power = leak * math.log(a / p) if p > 0 else math.inf
     if line.pump.power is None or duty > 1:
-        return Holding(leak, least, duty, None)
-    return Holding(leak, least, duty, duty * line.pump.power * line.pump.count)
+        return Holding(leak, min_power, duty, None)
+    return Holding(leak, min_power, duty, duty * line.pump.power * line.pump.count)
 
 
 def heat_per_joule(heat: float, cost: float | None) -> float | None:

@@ -50,7 +50,7 @@ class Program:
         self.lengths: dict[str, int] = {}
         """{name of a tuple: number of floats in it}."""
         pairs = [pair for tree in trees.values() for pair in _unpackings(tree)]
-        for _ in range(2):  # the second time, parts of a tuple that are tuples are known
+        for _ in range(2):  # in the second pass, the types of nested tuples are known
             for name, parts in pairs:
                 self.lengths[name] = sum(self.lengths.get(part, 1) for part in parts)
         self.results = {name: self._count_results(tree) for name, tree in trees.items()}
@@ -116,10 +116,10 @@ class ExpressionPrinter:
         """Return the error for code that cannot be printed."""
         return TypeError(f"{self.tree.name}: {ast.unparse(node)} cannot be printed")
 
-    def text(self, node: ast.expr, least: int = 0) -> str:
-        """Return an expression in C, in parentheses if it binds less than `least`."""
-        text, tight = self.print_node(node)
-        return text if tight >= least else f"({text})"
+    def text(self, node: ast.expr, min_precedence: int = 0) -> str:
+        """Return an expression in C, in parentheses if it binds less than `min_precedence`."""
+        text, rank = self.print_node(node)
+        return text if rank >= min_precedence else f"({text})"
 
     def print_node(self, node: ast.expr) -> tuple[str, int]:
         """Return an expression in C and its precedence."""
@@ -140,21 +140,21 @@ class ExpressionPrinter:
             case ast.BinOp(left=left, op=ast.Pow(), right=right):
                 return f"pow({self.text(left)}, {self.text(right)})", ATOM
             case ast.BinOp(left=left, op=op, right=right):
-                sign, tight = OPERATORS[type(op)]
+                sign, rank = OPERATORS[type(op)]
                 # compilers warn about + within & without parentheses
-                inner = UNARY if isinstance(op, BITS) else tight
+                inner = UNARY if isinstance(op, BITS) else rank
                 return (
-                    f"{self.text(left, inner)} {sign} {self.text(right, max(inner, tight + 1))}",
-                    tight,
+                    f"{self.text(left, inner)} {sign} {self.text(right, max(inner, rank + 1))}",
+                    rank,
                 )
             case ast.UnaryOp(op=ast.Not(), operand=part):
                 return f"!{self.text(part, UNARY)}", UNARY
             case ast.UnaryOp(op=ast.USub(), operand=part):
                 return f"-{self.text(part, UNARY)}", UNARY
             case ast.BoolOp(op=op, values=values):
-                sign, tight = OPERATORS[type(op)]
+                sign, rank = OPERATORS[type(op)]
                 # compilers warn about && within || without parentheses
-                return f" {sign} ".join(self.text(part, 3) for part in values), tight
+                return f" {sign} ".join(self.text(part, 3) for part in values), rank
             case ast.Compare(left=left, ops=ops, comparators=rest):
                 return self._print_comparison([left, *rest], ops)
             case ast.IfExp(test=test, body=one, orelse=two):
@@ -169,10 +169,10 @@ class ExpressionPrinter:
     ) -> tuple[str, int]:
         texts = []
         for left, op, right in zip(parts, ops, parts[1:], strict=False):
-            sign, tight = OPERATORS[type(op)]
-            texts.append(f"{self.text(left, tight + 1)} {sign} {self.text(right, tight + 1)}")
-        tight = OPERATORS[ast.And][1] if len(texts) > 1 else OPERATORS[type(ops[0])][1]
-        return " && ".join(texts), tight
+            sign, rank = OPERATORS[type(op)]
+            texts.append(f"{self.text(left, rank + 1)} {sign} {self.text(right, rank + 1)}")
+        rank = OPERATORS[ast.And][1] if len(texts) > 1 else OPERATORS[type(ops[0])][1]
+        return " && ".join(texts), rank
 
     def _format_number(self, number: Any) -> str:
         if isinstance(number, float):
@@ -211,8 +211,8 @@ class ExpressionPrinter:
                 return self.program.fields[name]
             case ast.Subscript(value=owner):
                 kind = self.infer(owner)
-                bare = kind.removeprefix("const ").removesuffix(" *")
-                return kind if bare.startswith("lj_") else bare
+                base_kind = kind.removeprefix("const ").removesuffix(" *")
+                return kind if base_kind.startswith("lj_") else base_kind
             case ast.BinOp(op=op, left=left, right=right) if not isinstance(op, ast.Div | ast.Pow):
                 kinds = {self.infer(left), self.infer(right)}
                 return next((kind for kind in (REAL, WORD) if kind in kinds), INTEGER)

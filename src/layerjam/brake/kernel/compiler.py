@@ -149,7 +149,7 @@ def build_shipped_engines(folder: Path) -> list[Path]:
         path = folder / _engine_name(sources, (), machine)
         # omit debug information, which would contain the source folder
         options = (*FLAGS, "-g0", "-s", "-shared", *(() if machine[0] == "win32" else ("-fPIC",)))
-        if machine[0] == "darwin":  # otherwise the temporary folder
+        if machine[0] == "darwin":  # without the name, it would contain the temporary folder
             options = (*options, f"-Wl,-install_name,@rpath/{path.name}")
         words = [*find_cross_compiler(target), *options, *map(str, sources)]
         run_compiler(words, path, libraries=("-lm",))

@@ -23,8 +23,8 @@ from layerjam.brake.kernel.compiler import (
 from layerjam.brake.kernel.kernel import CODE, Kernel, load_library, load_stop_loop
 from layerjam.brake.kernel.library import SWITCH, is_switched_on
 from layerjam.brake.mechanics.cycle import Cycle
-from layerjam.brake.mechanics.effects import ignore_speed
 from layerjam.brake.mechanics.hysteresis import brake_cycle
+from layerjam.brake.mechanics.speed_effects import ignore_speed
 from layerjam.core.errors import CompilerError, QuantityError
 from layerjam.core.threads import cache_threadsafe
 
@@ -53,9 +53,9 @@ def make_quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
     numbers = kernel.parameters
     if not all(map(math.isfinite, numbers)) or min(numbers[:6]) <= 0:
         return None
-    least = numbers.contact * vacuum * (vacuum / numbers.test_pressure) ** numbers.exponent
+    least_friction = numbers.contact * vacuum * (vacuum / numbers.test_pressure) ** numbers.exponent
     # if both are equal, rounding determines whether it snaps, so use the law
-    return kernel if numbers.stiffness > least * (1 + 1e-9) else None
+    return kernel if numbers.stiffness > least_friction * (1 + 1e-9) else None
 
 
 def find_stop_loop() -> Callable[..., int] | None:

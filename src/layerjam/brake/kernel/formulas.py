@@ -105,8 +105,8 @@ def _c_type(annotation: ast.expr | None) -> str:
 
 
 def _c_name(name: str) -> str:
-    bare = name.lstrip("_")
-    return "lj_" + CALLS.get(bare, bare)
+    public_name = name.lstrip("_")
+    return "lj_" + CALLS.get(public_name, public_name)
 
 
 class _Printer:
@@ -131,8 +131,8 @@ class _Printer:
             if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
                 pairs = list(zip(target.elts, value.elts, strict=True))
             for place, expression in pairs:
-                name, (text, tight) = ast.unparse(place), self.print_node(expression)
-                kind = "" if name in self.kinds else self.infer_type(expression, tight) + " "
+                name, (text, precedence) = ast.unparse(place), self.print_node(expression)
+                kind = "" if name in self.kinds else self.infer_type(expression, precedence) + " "
                 self.kinds.setdefault(name, kind.strip())
                 yield f"{kind}{c_variable(name)} = {text};"
 
@@ -154,9 +154,9 @@ class _Printer:
     def print_node(self, node: ast.expr) -> tuple[str, int]:
         """Return an expression in C and its precedence, with Python's order of operations."""
 
-        def wrap(part: ast.expr, least: int) -> str:
-            text, tight = self.print_node(part)
-            return text if tight >= least else f"({text})"
+        def wrap(part: ast.expr, min_precedence: int) -> str:
+            text, precedence = self.print_node(part)
+            return text if precedence >= min_precedence else f"({text})"
 
         match node:
             case ast.Constant(value=int() | float() as number):
@@ -175,11 +175,17 @@ class _Printer:
             case ast.BinOp(op=ast.Pow(), right=ast.Constant(value=2)):
                 return f"lj_square({self.print_node(node.left)[0]})", ATOM
             case ast.BinOp() if type(node.op) in OPERATORS:
-                sign, tight = OPERATORS[type(node.op)]
-                return f"{wrap(node.left, tight)} {sign} {wrap(node.right, tight + 1)}", tight
+                sign, precedence = OPERATORS[type(node.op)]
+                return (
+                    f"{wrap(node.left, precedence)} {sign} {wrap(node.right, precedence + 1)}",
+                    precedence,
+                )
             case ast.Compare(ops=[operator], comparators=[right]) if type(operator) in OPERATORS:
-                sign, tight = OPERATORS[type(operator)]
-                return f"{wrap(node.left, tight + 1)} {sign} {wrap(right, tight + 1)}", tight
+                sign, precedence = OPERATORS[type(operator)]
+                return (
+                    f"{wrap(node.left, precedence + 1)} {sign} {wrap(right, precedence + 1)}",
+                    precedence,
+                )
             case ast.Call():
                 return self.print_call(node), ATOM
         raise TypeError(f"{ast.unparse(node)} cannot be printed")

@@ -87,7 +87,9 @@ def load_stop_loop() -> Callable[..., int]:
 def _load(sources: Sequence[Path], defines: Sequence[str], bind: Callable[[Path], T]) -> T:
     wheel_library = shipped_library(sources, defines)
     if wheel_library is not None:
-        with contextlib.suppress(OSError):  # it may be for a system with a different C library
+        with contextlib.suppress(
+            OSError
+        ):  # the library may be for a system with a different C library
             return bind(wheel_library)
     path = cached_library(sources, defines) or build_library(sources, defines)
     try:
@@ -240,7 +242,7 @@ class Kernel:
         path, rows = self._run_history(elongation, vacuum)
         flags = rows["flags"]
         void = (flags & (REFUSED | SNAPPED | OVERFLOW) > 0) | (path < 0)
-        return self._cycle(rows, np.where(void, np.nan, rows["force"]), flags & SEPARATED > 0)
+        return self._make_cycle(rows, np.where(void, np.nan, rows["force"]), flags & SEPARATED > 0)
 
     def exact_cycle(self, elongation: ArrayLike, vacuum: ArrayLike) -> Cycle | None:
         """Return the result of `brake_cycle` to within rounding, or None if the kernel may differ.
@@ -258,9 +260,11 @@ class Kernel:
         unsure = refused | (rows_used["turns"] >= DEPTH - 1) | (path[:count] < 0)
         if unsure.any() or rows_used["slip"][-1] > overlap * (1 + PARTED):
             return None
-        return self._cycle(rows, rows["force"], np.logical_or.accumulate(separated))
+        return self._make_cycle(rows, rows["force"], np.logical_or.accumulate(separated))
 
-    def _cycle(self, rows: NDArray[Any], force: NDArray[Any], is_separated: NDArray[Any]) -> Cycle:
+    def _make_cycle(
+        self, rows: NDArray[Any], force: NDArray[Any], is_separated: NDArray[Any]
+    ) -> Cycle:
         flags = rows["flags"]
         return Cycle(
             force=force,

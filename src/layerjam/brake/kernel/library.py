@@ -42,7 +42,7 @@ def open_library(sources: Sequence[Path]) -> ctypes.CDLL:
             return ctypes.CDLL(str(wheel_library))
     path = cached_library(sources)
     if path is None:
-        if find_compiler()[0] == sys.executable:  # ziglang takes seconds
+        if find_compiler()[0] == sys.executable:  # ziglang takes seconds to start
             announce_compilation()
         path = build_library(sources, limit=LONGEST)
     try:

@@ -106,7 +106,7 @@ class Printer:
             elif isinstance(part, ast.FunctionDef):
                 kinds[part.name] = self.read_kind(_require_type(part.returns))
         # a record inside another one is a part of it
-        self.records[node.name] = {n: _part_of(k, self.records) for n, k in kinds.items()}
+        self.records[node.name] = {n: _strip_pointer(k, self.records) for n, k in kinds.items()}
         fields = (f"    {_declare(k, n)};\n" for n, k in self.records[node.name].items())
         return f"typedef struct {{\n{''.join(fields)}}} {node.name};\n"
 
@@ -117,7 +117,7 @@ def _require_type(annotation: ast.expr | None) -> ast.expr:
     return annotation
 
 
-def _part_of(kind: str, records: dict[str, Any]) -> str:
+def _strip_pointer(kind: str, records: dict[str, Any]) -> str:
     return kind[:-2] if kind[:-2] in records else kind
 
 
@@ -231,7 +231,7 @@ class _Body:
             kinds = self.printer.results[kind]
             pairs = [(t, f"{result}.v{i}", kinds[i]) for i, t in enumerate(target.elts)]
         else:
-            array, kind = self.text(value), _element(self.kind(value))
+            array, kind = self.text(value), _element_type(self.kind(value))
             pairs = [(t, f"{array}[{i}]", kind) for i, t in enumerate(target.elts)]
         for place, text, kind in pairs:
             if isinstance(place, ast.Name):
@@ -253,12 +253,14 @@ class _Body:
             case ast.Attribute(value=ast.Name(id="np")):
                 return "double"
             case ast.Attribute(value=owner, attr=name):
-                return self.printer.records[_part_of(self.kind(owner), self.printer.records)][name]
+                return self.printer.records[_strip_pointer(self.kind(owner), self.printer.records)][
+                    name
+                ]
             case ast.Subscript(value=owner, slice=place):
                 kind = self.kind(owner)
                 if kind in self.printer.results:
                     return self.printer.results[kind][ast.literal_eval(place)]
-                return "double" if isinstance(place, ast.Tuple) else _element(kind)
+                return "double" if isinstance(place, ast.Tuple) else _element_type(kind)
             case ast.BinOp(op=ast.Div()):
                 return "double"
             case ast.BinOp(left=a, right=b) | ast.IfExp(body=a, orelse=b):
@@ -280,9 +282,9 @@ class _Body:
     def print_node(self, node: ast.expr) -> tuple[str, int]:
         """Return an expression in C and its precedence, with Python's order of operations."""
 
-        def wrap(part: ast.expr, least: int) -> str:
-            text, tight = self.print_node(part)
-            return text if tight >= least else f"({text})"
+        def wrap(part: ast.expr, min_precedence: int) -> str:
+            text, precedence = self.print_node(part)
+            return text if precedence >= min_precedence else f"({text})"
 
         match node:
             case ast.Constant(value=value):
@@ -303,21 +305,21 @@ class _Body:
                 text = f".v{self.text(place)}" if is_result else f"[{self.text(place)}]"
                 return self.text(owner) + text, _ATOM
             case ast.BinOp(left=a, op=operator, right=b) if type(operator) in _OPERATORS:
-                sign, tight = _OPERATORS[type(operator)]
+                sign, precedence = _OPERATORS[type(operator)]
                 cast = sign == "/" and "double" not in (self.kind(a), self.kind(b))
-                left = "(double)" * cast + wrap(a, _ATOM if cast else tight)
-                return f"{left} {sign} {wrap(b, tight + 1)}", tight
+                left = "(double)" * cast + wrap(a, _ATOM if cast else precedence)
+                return f"{left} {sign} {wrap(b, precedence + 1)}", precedence
             case ast.UnaryOp(op=operator, operand=operand):
                 return f"{'!' if isinstance(operator, ast.Not) else '-'}{wrap(operand, 8)}", _UNARY
             case ast.BoolOp(op=operator, values=values):
-                sign, tight = _OPERATORS[type(operator)]
-                return f" {sign} ".join(wrap(value, 3) for value in values), tight
+                sign, precedence = _OPERATORS[type(operator)]
+                return f" {sign} ".join(wrap(value, 3) for value in values), precedence
             case ast.Compare(left=a, ops=[ast.In()], comparators=[ast.Tuple(elts=choices)]):
                 same = [f"{wrap(a, 4)} == {wrap(choice, 4)}" for choice in choices]
                 return " || ".join(same), 1
             case ast.Compare(left=a, ops=[operator], comparators=[b]):
-                sign, tight = _OPERATORS[type(operator)]
-                return f"{wrap(a, tight + 1)} {sign} {wrap(b, tight + 1)}", tight
+                sign, precedence = _OPERATORS[type(operator)]
+                return f"{wrap(a, precedence + 1)} {sign} {wrap(b, precedence + 1)}", precedence
             case ast.IfExp(test=test, body=a, orelse=b):
                 return f"{wrap(test, 1)} ? {wrap(a, 1)} : {self.text(b)}", 0
             case ast.Call():
@@ -341,7 +343,7 @@ def _variable(name: str) -> str:
     return name + "_" if name in RESERVED else name
 
 
-def _element(kind: str) -> str:
+def _element_type(kind: str) -> str:
     if "(*)" in kind:
         return "double *"
     return "int64_t" if kind == "uint8_t *" else kind.removesuffix(" *")

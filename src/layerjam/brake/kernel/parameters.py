@@ -4,10 +4,10 @@ from typing import Any, NamedTuple
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
-from layerjam.brake.mechanics.effects import ignore_speed, list_effects, pressure_on_sheets
+from layerjam.brake.mechanics.effects import list_effects, pressure_on_sheets, require_linear
 from layerjam.brake.mechanics.enclosure import face_constants
-from layerjam.brake.mechanics.fan import require_flat
 from layerjam.brake.mechanics.friction import friction_per_contact
+from layerjam.brake.mechanics.speed_effects import ignore_speed
 from layerjam.brake.mechanics.stiffness import working_stiffness
 from layerjam.core.brief import brief
 from layerjam.core.errors import QuantityError
@@ -49,7 +49,7 @@ def check_exportable(brake: Brake | BrakeFile) -> Brake:
     for effect in list_effects(brake):
         if not effect.in_kernel and effect.is_active(brake):
             raise effect.refuse("the exported law")
-    return require_flat(ignore_speed(brake), "the exported law")
+    return require_linear(ignore_speed(brake), "the exported law")
 
 
 def parameters(brake: Brake | BrakeFile, rope_stiffness: float | None = None) -> Parameters:

@@ -238,7 +238,7 @@ class FunctionPrinter(ExpressionPrinter):
                     yield f"{c_variable(name)}[{index}] = {self.text(part)};"
             case ast.Name(id=name), _:
                 kind = self.infer(value)
-                if kind.endswith("*"):  # one record of several
+                if kind.endswith("*"):  # one of several records
                     self.declared[name], self.kinds[name] = (
                         join_declaration(kind, c_variable(name)),
                         kind,
@@ -264,7 +264,7 @@ class FunctionPrinter(ExpressionPrinter):
     def _assign_together(
         self, places: Sequence[ast.expr], values: Sequence[ast.expr]
     ) -> Iterator[str]:
-        """Yield `a, b = x, y`, with temporary variables if a later value needs an earlier place."""
+        """Yield `a, b = x, y`, with temporaries if a later value reads an earlier target."""
         names = [ast.unparse(place) for place in places]
         used = {
             ast.unparse(part)

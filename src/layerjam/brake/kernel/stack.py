@@ -92,8 +92,8 @@ def _pass_argument(value: Any) -> Any:
 def _make_structure(record: Any) -> ctypes.Structure:
     """Return a record as `loop_printer.py` declares it: its fields, then its properties."""
     kind: Any = type(record)
-    extra = [getattr(record, name) for name in _list_properties(kind)]
-    values = [_make_structure(v) if isinstance(v, tuple) else v for v in (*record, *extra)]
+    properties = [getattr(record, name) for name in _list_properties(kind)]
+    values = [_make_structure(v) if isinstance(v, tuple) else v for v in (*record, *properties)]
     kinds = tuple(_C_TYPES.get(type(value), type(value)) for value in values)
     numbers = (v.ctypes.data if isinstance(v, np.ndarray) else v for v in values)
     return _make_type(kind, kinds)(*numbers)
@@ -207,8 +207,8 @@ def pull_stack(
     n, count = stack.sheet_count, len(path)
     motion = _make_motion(count, n)
     state, codes = rest_state(n), np.zeros(1, np.int64)
-    flat = StackPull._make([*(track.reshape(-1) for track in motion[:-1]), False])
-    follow = Loop(follow_path, path, stack, state, _make_trial(n), flat, codes)
+    flat_motion = StackPull._make([*(track.reshape(-1) for track in motion[:-1]), False])
+    follow = Loop(follow_path, path, stack, state, _make_trial(n), flat_motion, codes)
     report_every = max(1, (BLOCK if follow.c_function else PYTHON_BLOCK) // n)
     block, first = 1 if renew else report_every, 0
     while first < count and codes[0] == DONE:
@@ -226,10 +226,10 @@ def pull_stack(
 
 
 def _make_motion(count: int, n: int) -> StackPull:
-    wide = {"sheets": n, "faces": 2, **dict.fromkeys(("interface", "slip", "sliding"), n - 1)}
+    widths = {"sheets": n, "faces": 2, **dict.fromkeys(("interface", "slip", "sliding"), n - 1)}
     tracks: dict[str, Any] = {
         name: np.zeros(
-            (count, wide[name]) if name in wide else count,
+            (count, widths[name]) if name in widths else count,
             bool if name in ("sliding", "slack") else float,
         )
         for name in StackPull._fields[:-1]
@@ -270,8 +270,8 @@ def find_peaks(stack: Stack, friction: Array, length: Array, end: float) -> Peak
     if not friction.shape == length.shape == shape:
         raise QuantityError(f"stack: friction and length need {shape[1]} numbers for each stack")
     out = np.full((len(friction), RESULTS), np.nan)
-    soft = 4 / float(stack.springs.sum()) + 1 / stack.mount
-    probe = 0.01 * float(stack.friction.sum()) * soft
+    max_compliance = 4 / float(stack.springs.sum()) + 1 / stack.mount
+    probe = 0.01 * float(stack.friction.sum()) * max_compliance
     stop_event = threading.Event()
 
     def pull_share(first: int, last: int) -> None:

@@ -6,7 +6,6 @@ ziglang is installed, and `python -m layerjam.brake.kernel.web` replaces the sto
 """
 
 import hashlib
-import importlib.util
 import re
 from pathlib import Path
 
@@ -17,7 +16,6 @@ from layerjam.brake.kernel.compiler import (
     library_folder,
     run_compiler,
 )
-from layerjam.core.errors import CompilerError
 
 FOLDER = SOURCES / "web"
 TARGET = "wasm32-freestanding"
@@ -42,11 +40,6 @@ def find_stored_module() -> Path:
 
 def build_module(path: Path) -> None:
     """Compile the module; raises CompilerError if the Python package ziglang is missing."""
-    if importlib.util.find_spec("ziglang") is None:
-        raise CompilerError(
-            "the stored WebAssembly was compiled from other C sources: to compile these, "
-            'pip install "layerjam[fmu]"'
-        )
     words = [*find_cross_compiler(TARGET), *OPTIONS, str(CODE[0]), *LINKING]
     run_compiler(words, path)
     path.chmod(0o644)  # linkers mark it as executable

@@ -69,28 +69,28 @@ class _Namespace:
     def __getattr__(self, name: str) -> Any:
         plain: Any = getattr(np, name)
         if callable(plain) and not isinstance(plain, type):
-            plain = _dispatch(name, _QUICK.get(name), plain)
+            plain = _make_dispatcher(name, _QUICK.get(name), plain)
         setattr(self, name, plain)
         return plain
 
 
-def _dispatch(name: str, quick: Any, plain: Any) -> Any:
-    def function(*args: Any, **named: Any) -> Any:
+def _make_dispatcher(name: str, quick: Any, plain: Any) -> Any:
+    def function(*args: Any, **keywords: Any) -> Any:
         if quick is not None:
             result = quick(*args)
             if result is not None:
                 return result
         for arg in args:
             if is_jax(arg):
-                return getattr(sys.modules["jax.numpy"], name)(*args, **named)
-        result = plain(*args, **named)
+                return getattr(sys.modules["jax.numpy"], name)(*args, **keywords)
+        result = plain(*args, **keywords)
         # NumPy's functions return arrays without axes where its operators return numbers
         return result[()] if type(result) is np.ndarray and not result.ndim else result
 
     return function
 
 
-# NumPy needs microseconds for what a number needs a tenth of; None means "not plain numbers"
+# NumPy takes ten times as long for plain numbers; None means "not plain numbers"
 
 
 def _number(value: Any) -> Any:
@@ -190,7 +190,7 @@ def put(array: Any, place: Any, value: Any) -> Any:
 def repeat(count: int, step: Callable[[Any, Any], Any], state: Any, first: int = 0) -> Any:
     """Return the state after `step(index, state)` for each index up to `count`."""
     for index in range(first, count):
-        # from the start, or once a captured value has entered the state
+        # traced from the start, or once a captured value has entered the state
         if index - first < 2 and uses_jax(state):
             return sys.modules["jax"].lax.fori_loop(index, count, step, state)
         state = step(index, state)

@@ -21,7 +21,7 @@ from typing import Any
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import xp
-from layerjam.brake.mechanics.fan import remove_fan
+from layerjam.brake.mechanics.effects import remove_slip_effects
 from layerjam.brake.mechanics.friction import friction_per_contact
 from layerjam.brake.mechanics.law import keep_if, law
 from layerjam.brake.mechanics.roots import implicit_root
@@ -35,7 +35,7 @@ def _sheet_stiffness(brake: Brake) -> Any:
 
 def _shear_flow(vacuum: Any, brake: Brake) -> Any:
     """Return the shear flow q [N/m], the friction of one interface per metre."""
-    return friction_per_contact(vacuum, remove_fan(brake)) / (brake.sheets.count - 1)
+    return friction_per_contact(vacuum, remove_slip_effects(brake)) / (brake.sheets.count - 1)
 
 
 @law
@@ -251,7 +251,7 @@ def slip_moment(slip: Any, vacuum: Any, brake: Brake) -> Any:
     distance from the middle times the angle; without spacers, by 3/4 of that, with the angle taken
     over the free lengths. Zero for a brake that slides along its pull.
     """
-    force = friction_per_contact(vacuum, remove_fan(brake)) * (brake.sheets.overlap - slip)
+    force = friction_per_contact(vacuum, remove_slip_effects(brake)) * (brake.sheets.overlap - slip)
     moment = force * (brake.sheets.count - 1) * brake.sheets.thickness / 4 * _lever(slip, brake)
     return keep_if(_is_valid(slip, brake) & (vacuum >= 0), moment)
 

@@ -33,9 +33,9 @@ def keep_compiled_code() -> bool:
     if folder is None:
         return False
     jax.config.update("jax_compilation_cache_dir", str(folder))
-    for name, (default, ours) in THRESHOLDS.items():
+    for name, (default, threshold) in THRESHOLDS.items():
         if getattr(jax.config, name) == default:
-            jax.config.update(name, ours)
+            jax.config.update(name, threshold)
     jax.monitoring.register_event_duration_secs_listener(_Stopwatch().count)
     return True
 

@@ -2,8 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from layerjam.brake.device.speed_law import SpeedLaw
-from layerjam.brake.mechanics.fan import Fan
+from layerjam.brake.device.brake import Brake
 
 
 class Cycle(NamedTuple):
@@ -30,7 +29,7 @@ class Cycle(NamedTuple):
     overflow: Any
     """True once the turning points exceed the enclosure's memory."""
     snapped: Any
-    """True once the brake began to slide on a spring softer than `least_stiffness`."""
+    """True once the brake has begun to slide on a spring softer than `least_stiffness`."""
 
 
 class Setting(NamedTuple):
@@ -41,6 +40,7 @@ class Setting(NamedTuple):
     overlap: Any
     enclosure: Any
     """Law of the enclosure at that vacuum."""
-    fan: Fan | None = None
-    law: SpeedLaw | None = None
-    """Friction as a function of sliding speed; `c` is the value at the law's test speed."""
+    shapes: tuple[Any, ...] = ()
+    """Effects of the slip on the friction, as in `Sheets`."""
+    paced_brake: Brake | None = None
+    """The brake if its friction depends on the sliding speed; `c` is that at the test speed."""

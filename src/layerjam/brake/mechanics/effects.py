@@ -5,13 +5,14 @@ changes the friction, whether the friction depends on slip or speed, and whether
 the effect. One object serves all brakes, because it gets the brake with each question.
 """
 
+import math
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.effect import Effect
-from layerjam.brake.device.speed_law import SpeedLaw
 from layerjam.brake.mechanics.arrays import xp
+from layerjam.brake.mechanics.fan import make_fan
 from layerjam.core.errors import QuantityError
 from layerjam.core.evolve import evolve
 
@@ -112,7 +113,27 @@ class SpeedDependence(BuiltInEffect):
     def growth(self, speed: Any, brake: Brake) -> Any:
         """Return the friction at a speed [m/s], relative to that at the test speed."""
         law: Any = brake.speed_law
-        return growth(speed, law)
+        return ((law.rest_speed + speed) / (law.rest_speed + law.test_speed)) ** law.power
+
+    def growth_slope(self, speed: Any, brake: Brake) -> Any:
+        """Return n/(v_0 + v), the slope of the logarithm of that growth [s/m]."""
+        law: Any = brake.speed_law
+        return law.power / (law.rest_speed + speed)
+
+    def rest_speed(self, brake: Brake) -> Any:
+        """Return the law's rest speed v_0 [m/s]."""
+        law: Any = brake.speed_law
+        return law.rest_speed
+
+    def test_speed(self, brake: Brake) -> float:
+        """Return the law's test speed [m/s]."""
+        law: Any = brake.speed_law
+        return float(law.test_speed)
+
+    def fastest_speed(self, brake: Brake) -> float:
+        """Return the highest speed [m/s] of the measurement; infinite if it is not stated."""
+        law: Any = brake.speed_law
+        return math.inf if law.fastest is None else float(law.fastest)
 
     def remove(self, brake: Brake) -> Brake:
         """Return the brake with the friction of the test speed at every speed."""
@@ -182,7 +203,7 @@ class Softening(Rubber):
     table = "hyperelastic.softening_r"
     title = "[Softening](#a-hyperelastic-enclosure)"
     condition = "`softening_r`, `softening_m`, `softening_beta` in `[hyperelastic]`"
-    changes_enclosure = False  # the law of the rubber does
+    changes_enclosure = False  # the rubber law includes it
     law = r"stress times $1 - \text{erf}((W_\text{max} - W)/(m + \beta W_\text{max}))/r$"
 
     def is_stated(self, brake: Brake) -> bool:
@@ -214,6 +235,10 @@ class FanOut(BuiltInEffect):
     def is_active(self, brake: Brake) -> Any:
         """Return whether there are no spacers."""
         return not brake.mount.spacers
+
+    def make_shape(self, factor: Any, brake: Brake) -> Any:
+        """Return the fan of the sheets."""
+        return make_fan(brake, factor)
 
     def remove(self, brake: Brake) -> Brake:
         """Return the brake with flat sheets: its scale factor without the effect of a fan."""
@@ -294,19 +319,6 @@ def friction_factor(vacuum: Any, brake: Brake) -> Any:
     return factor
 
 
-def growth(speed: Any, law: SpeedLaw) -> Any:
-    """Return the friction at a speed [m/s] >= 0, relative to that at the law's `test_speed`."""
-    return ((law.rest_speed + speed) / (law.rest_speed + law.test_speed)) ** law.power
-
-
-def brake_growth(speed: Any, brake: Brake) -> Any:
-    """Return the friction at a speed [m/s] >= 0, relative to that in the tests of all effects."""
-    factor: Any = 1.0
-    for effect in list_effects(brake):
-        factor = factor * effect.growth(speed, brake)
-    return factor
-
-
 def is_proportional(brake: Brake) -> bool:
     """Return whether the friction is known to be proportional to the vacuum."""
     effects = list_effects(brake)
@@ -325,52 +337,45 @@ def is_linear(brake: Brake) -> bool:
     ) and is_proportional(brake)
 
 
-def has_speed_effects(brake: Brake) -> bool:
-    """Return whether the brake states an effect of the speed, even one of a power of 0."""
-    return any(effect.depends_on_speed for effect in list_effects(brake))
-
-
-def depends_on_speed(brake: Brake) -> Any:
-    """Return whether the friction depends on the sliding speed; numbers may be arrays."""
-    active: Any = False
-    for effect in list_effects(brake):
-        if effect.depends_on_speed:
-            active = active | effect.is_active(brake)
-    return active
-
-
 def depends_on_slip(brake: Brake) -> bool:
     """Return whether the brake states an effect that changes how friction falls with slip."""
     effects = list_effects(brake)
     return bool(effects) and any(effect.depends_on_slip for effect in effects)
 
 
-def has_single_modulus(brake: Brake) -> bool:
-    """Return whether the enclosure has a single modulus."""
-    effects = list_effects(brake)
-    return not effects or not any(effect.changes_enclosure for effect in effects)
+def list_shapes(factor: Any, brake: Brake) -> tuple[Any, ...]:
+    """Return how effects change the fall of friction with slip; `factor` is `friction_factor`."""
+    effects = (effect for effect in list_effects(brake) if effect.depends_on_slip)
+    return tuple(effect.make_shape(factor, brake) for effect in effects)
 
 
-def fix_speed(speed: Any, brake: Brake) -> Brake:
-    """Return the brake with the sheets' friction fixed at its value for a speed [m/s]."""
+def require_linear(brake: Brake, caller: str) -> Brake:
+    """Return the brake without a fan, for a `caller` that needs friction linear in slip.
+
+    With spacers, the fan of a different brake is removed from the scale factor. Raises
+    QuantityError for an effect that changes how friction falls with slip.
+    """
     for effect in list_effects(brake):
-        if effect.depends_on_speed:
-            kinetic: Any = effect.growth(speed, brake) * brake.film.kinetic
-            brake = effect.remove(evolve(brake, film=evolve(brake.film, kinetic=kinetic)))
-    return brake
+        if effect.depends_on_slip and effect.is_active(brake):
+            raise effect.refuse(caller)
+    return remove_slip_effects(brake)
 
 
-def ignore_speed(brake: Brake) -> Brake:
-    """Return the brake with the friction of the test speed at every speed."""
+def remove_slip_effects(brake: Brake) -> Brake:
+    """Return the brake with friction linear in slip: its scale factor without that of a fan.
+
+    A brake that does not state whether it has spacers is unchanged.
+    """
     for effect in list_effects(brake):
-        if effect.depends_on_speed:
+        if effect.depends_on_slip:
             brake = effect.remove(brake)
     return brake
 
 
-def remove_idle_speed_law(brake: Brake) -> Brake:
-    """Return the brake without a dependence on speed that has no effect."""
-    return brake if depends_on_speed(brake) else ignore_speed(brake)
+def has_single_modulus(brake: Brake) -> bool:
+    """Return whether the enclosure has a single modulus."""
+    effects = list_effects(brake)
+    return not effects or not any(effect.changes_enclosure for effect in effects)
 
 
 def remove_fitted(brake: Brake) -> Brake:

@@ -148,8 +148,8 @@ def first_loading(slip: Any, enclosure: EnclosureLaw) -> Any:
 def spread_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:
     """Return the square root of the slip of `find_slip` while part of the enclosure rests."""
     push = xp.maximum(drive, 0.0)
-    below = enclosure.root + safe_sqrt(enclosure.root**2 + 4 * spring * push)
-    return 2 * push / xp.where(below > 0, below, 1.0)
+    divisor = enclosure.root + safe_sqrt(enclosure.root**2 + 4 * spring * push)
+    return 2 * push / xp.where(divisor > 0, divisor, 1.0)
 
 
 @law

@@ -5,16 +5,16 @@ from typing import Any
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import xp
 from layerjam.brake.mechanics.enclosure import brake_enclosure
-from layerjam.brake.mechanics.fan import fan_work
 from layerjam.brake.mechanics.friction import sheet_law, slides
 from layerjam.brake.mechanics.law import keep_if, law
 from layerjam.brake.mechanics.pull import force_at_elongation, slip_at_elongation
+from layerjam.brake.mechanics.slip_effects import friction_work
 from layerjam.brake.mechanics.stiffness import working_stiffness
 
 
 def sheet_work(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the work of the sheets' friction over a slip [J], all of which is heat."""
-    return fan_work(xp.zeros_like(slip), slip, sheet_law(vacuum, brake))
+    return friction_work(xp.zeros_like(slip), slip, sheet_law(vacuum, brake))
 
 
 @law

@@ -8,22 +8,18 @@ the m = n/4 sheets of one side's half, alpha = mu t m^2 (1/L1 + 1/L3). The facto
 their mean to T_outer.
 """
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from layerjam.brake.device.brake import Brake
-from layerjam.brake.mechanics.arrays import erf, freeze, repeat, xp
-from layerjam.brake.mechanics.effects import list_effects
+from layerjam.brake.mechanics.arrays import erf, xp
 from layerjam.brake.mechanics.law import keep_if, law
 
 STEEPEST = 1.0
 """Slope of the outermost sheet, n t/(4 L), above which the angles are not small."""
 _TERMS = 14
-_STEPS = 8
-"""Newton steps on a convex curve; convergence is quadratic, so the last ones change nothing."""
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(32)
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 class Fan(NamedTuple):
@@ -37,14 +33,53 @@ class Fan(NamedTuple):
     reference: Any
     """The factor that the scale factor already contains."""
 
+    def factor(self, slip: Any) -> Any:
+        """Return the factor at a slip [m] relative to that already in the scale factor."""
+        return fan_mean(self._exponent(slip)) / self.reference
 
-class Sheets(NamedTuple):
-    """The sheets' friction at a vacuum, c (overlap - x), times the factor of their fan."""
+    def fall_over(self, left: Any, slip: Any) -> Any:
+        """Return the decrease of the factor along its tangent, over a further slip `left` [m]."""
+        slope = _fan_mean_slope(self._exponent(slip)) / self.reference
+        shrink = self.strength * (1 / (self.left + slip) ** 2 + 1 / (self.right + slip) ** 2)
+        return left * slope * shrink
 
-    c: Any
-    overlap: Any
-    fan: Fan | None
-    """None if the brake does not state whether it has spacers."""
+    def gain(self, slip: Any) -> Any:
+        """Return the slope of the factor's logarithm versus that of the friction coefficient."""
+        alpha = self._exponent(slip)
+        return alpha * _fan_mean_slope(alpha) / fan_mean(alpha)
+
+    def scale(self, factor: Any) -> "Fan":
+        """Return the fan with `factor` times the friction coefficient, which it amplifies more."""
+        return self._replace(strength=self.strength * factor)
+
+    @property
+    def length(self) -> Any:
+        """Return the free length [m] within which the factor changes."""
+        return xp.minimum(self.left, self.right)
+
+    def amplify_middle(self, stress: Any) -> Any:
+        """Return a stress as in the middle sheet at rest, which has the highest pressure."""
+        return stress * xp.exp(fan_exponent(0.0, self)) / self.reference
+
+    def interface_factors(self, slip: Any) -> tuple[Any, Any]:
+        """Return the factor of each interface at its slip [m], shape (n - 1,), and its fall [1/m].
+
+        The middle interfaces have the highest pressure: each has the mean of exp(alpha (1 - s^2))
+        over its part of the stack's half height s.
+        """
+        count = len(slip)
+        middle = (2 * np.arange(count) + 1) / count - 1
+        depth = 1 - (middle[:, None] + _NODES / count) ** 2
+        left, right = self.left + slip, self.right + slip
+        alpha = self.strength * (1 / left + 1 / right)
+        fades = self.strength * (1 / left**2 + 1 / right**2)
+        growth = np.exp(alpha[:, None] * depth)
+        factor = (growth * _WEIGHTS).sum(1) / 2
+        fall = fades * (growth * depth * _WEIGHTS).sum(1) / 2
+        return factor / self.reference, fall / self.reference
+
+    def _exponent(self, slip: Any) -> Any:
+        return xp.asarray(fan_exponent(slip, self), xp.float64)
 
 
 def make_fan(brake: Brake, factor: Any = 1.0) -> Fan | None:
@@ -76,53 +111,6 @@ def fan_mean(alpha: Any) -> Any:
     return xp.where(small, series, xp.sqrt(xp.pi) / (2 * root) * xp.exp(large) * erf(root))
 
 
-def fan_factor(slip: Any, fan: Fan) -> Any:
-    """Return the factor at a slip [m] relative to that already in the scale factor."""
-    return fan_mean(xp.asarray(fan_exponent(slip, fan), xp.float64)) / fan.reference
-
-
-def fan_force(slip: Any, sheets: Any) -> Any:
-    """Return the friction [N] at a slip [m] of `Sheets`, or any object with c, overlap and fan."""
-    plain = sheets.c * xp.maximum(sheets.overlap - slip, 0.0)
-    return plain if sheets.fan is None else plain * fan_factor(slip, sheets.fan)
-
-
-def scale_friction(sheets: Any, factor: Any) -> Any:
-    """Return the sheets with `factor` times the friction coefficient, which their fan amplifies.
-
-    All interfaces slide at the same speed, so a speed-dependent coefficient is the same for all,
-    and the derivation above remains valid.
-    """
-    fan = sheets.fan
-    if fan is not None:
-        fan = fan._replace(strength=fan.strength * factor)
-    return sheets._replace(c=sheets.c * factor, fan=fan)
-
-
-def log_slope(slip: Any, sheets: Any) -> Any:
-    """Return the slope of friction versus the logarithm of its coefficient [N]."""
-    force = fan_force(slip, sheets)
-    if sheets.fan is None:
-        return force
-    alpha = xp.asarray(fan_exponent(slip, sheets.fan), xp.float64)
-    return force * (1 + alpha * _fan_mean_slope(alpha) / fan_mean(alpha))
-
-
-def fan_tangent(slip: Any, sheets: Any) -> Any:
-    """Return the sheets without a fan whose friction is tangent to this one at a slip [m]."""
-    if sheets.fan is None:
-        return sheets
-    slip = xp.clip(slip, 0.0, sheets.overlap)
-    fan, left = sheets.fan, sheets.overlap - slip
-    alpha = xp.asarray(fan_exponent(slip, fan), xp.float64)
-    ratio = fan_mean(alpha) / fan.reference
-    slope = _fan_mean_slope(alpha) / fan.reference
-    shrink = fan.strength * (1 / (fan.left + slip) ** 2 + 1 / (fan.right + slip) ** 2)
-    steep = ratio + left * slope * shrink
-    reach = slip + left * ratio / steep
-    return sheets._replace(c=sheets.c * steep, overlap=reach, fan=None)
-
-
 def _fan_mean_slope(alpha: Any) -> Any:
     """Return d mean_of/d alpha: (1 - M + 2 alpha M)/(2 alpha), 2/3 at 0."""
     small = alpha < 0.5
@@ -134,61 +122,6 @@ def _fan_mean_slope(alpha: Any) -> Any:
     large = xp.where(small, 1.0, alpha)
     mean = fan_mean(large)
     return xp.where(small, series, mean + (1 - mean) / (2 * large))
-
-
-def fan_work(start: Any, end: Any, sheets: Any) -> Any:
-    """Return the work of friction [J] between two slips [m]; the overlap may end in between."""
-    start, end = xp.minimum(start, sheets.overlap), xp.minimum(end, sheets.overlap)
-    if sheets.fan is None:
-        return sheets.c * (end - start) * (sheets.overlap - (start + end) / 2)
-    # one slip may belong to many frictions
-    none = 0.0 * sheets.c
-    return _integrate(lambda slip: fan_force(slip, sheets), start + none, end + none, sheets.fan)
-
-
-def growing_work(start: Any, end: Any, sheets: Any, c: Any) -> Any:
-    """Return the same if c changes linearly from `c` [N/m] to that of `sheets` over the slip."""
-    slide = end - start
-    if sheets.fan is None:
-        work = sheets.c * slide * (sheets.overlap - (end + start) / 2)
-        if c is sheets.c:
-            return work
-        return work - (sheets.c - c) * slide * ((sheets.overlap - start) / 2 - slide / 6)
-    part = xp.where(slide != 0, slide, 1.0)
-
-    def force(slip: Any) -> Any:
-        friction = c + (sheets.c - c) * (slip - start) / part
-        return fan_force(slip, sheets._replace(c=friction))
-
-    return _integrate(force, start, end, sheets.fan)
-
-
-def _integrate(force: Callable[[Any], Any], start: Any, end: Any, fan: Fan) -> Any:
-    """Return the integral [J] by 32-point Gauss quadrature over ln(L + x), which is smooth."""
-    least = xp.minimum(fan.left, fan.right)
-    low, high = xp.broadcast_arrays(xp.log(least + start), xp.log(least + end))
-    shape = (-1,) + (1,) * low.ndim
-    nodes, weights = (xp.asarray(a).reshape(shape) for a in (_NODES, _WEIGHTS))
-    half = (high - low) / 2
-    place = xp.exp(low + half * (nodes + 1))
-    return (weights * half * place * force(place - least)).sum(axis=0)
-
-
-def solve_fan(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
-    """Return the slip at which `solve` finds an equilibrium, for friction along any curve.
-
-    `solve` assumes a linear friction; each step uses the tangent at the result of the previous one.
-    The search is not differentiated; only the last step carries the gradient of the root.
-    """
-    if sheets.fan is None:
-        return solve(sheets)
-
-    def step(_: int, slip: Any) -> Any:
-        return solve(fan_tangent(slip, sheets)) + xp.zeros_like(slip)
-
-    first = solve(fan_tangent(start, sheets))
-    root = repeat(_STEPS, step, first)
-    return solve(fan_tangent(freeze(root), sheets))
 
 
 @law
@@ -204,29 +137,6 @@ def amplification(slip: Any, brake: Brake) -> Any:
     if fan is None:
         return xp.full(xp.shape(slip), xp.nan)
     return keep_if((slip >= 0) & is_flat(brake), fan_mean(fan_exponent(slip, fan)))
-
-
-def require_flat(brake: Brake, caller: str) -> Brake:
-    """Return the brake without its fan, for a `caller` that needs friction linear in slip.
-
-    With spacers, the fan of a different brake is removed from the scale factor. Raises
-    QuantityError for a brake without spacers.
-    """
-    for effect in list_effects(brake):
-        if effect.depends_on_slip and effect.is_active(brake):
-            raise effect.refuse(caller)
-    return remove_fan(brake)
-
-
-def remove_fan(brake: Brake) -> Brake:
-    """Return the brake with flat sheets: its scale factor without the effect of a fan.
-
-    A brake that does not state whether it has spacers is unchanged.
-    """
-    for effect in list_effects(brake):
-        if effect.depends_on_slip:
-            brake = effect.remove(brake)
-    return brake
 
 
 def fan_slope(brake: Brake) -> Any:

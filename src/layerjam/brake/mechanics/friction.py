@@ -5,16 +5,16 @@ from typing import Any
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import xp
 from layerjam.brake.mechanics.effects import (
-    brake_growth,
     depends_on_slip,
-    fix_speed,
     friction_factor,
     is_proportional,
     list_effects,
+    list_shapes,
     pressure_on_sheets,
 )
-from layerjam.brake.mechanics.fan import Sheets, fan_force, make_fan, scale_friction
 from layerjam.brake.mechanics.law import keep_if, law
+from layerjam.brake.mechanics.slip_effects import Sheets, friction_force, scale_friction
+from layerjam.brake.mechanics.speed_effects import brake_growth, fix_speed
 
 
 def friction_per_contact(vacuum: Any, brake: Brake) -> Any:
@@ -34,8 +34,8 @@ def friction_per_contact(vacuum: Any, brake: Brake) -> Any:
 def sheet_law(vacuum: Any, brake: Brake) -> Sheets:
     """Return the friction law of the sheets at a vacuum [Pa]."""
     c: Any = friction_per_contact(vacuum, brake)
-    fan = make_fan(brake, friction_factor(vacuum, brake)) if depends_on_slip(brake) else None
-    return Sheets(c, brake.sheets.overlap, fan)
+    shapes = list_shapes(friction_factor(vacuum, brake), brake) if depends_on_slip(brake) else ()
+    return Sheets(c, brake.sheets.overlap, shapes)
 
 
 def static_law(vacuum: Any, brake: Brake) -> Sheets:
@@ -48,7 +48,7 @@ def static_law(vacuum: Any, brake: Brake) -> Sheets:
 
 def slides(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return whether a brake can slide at a slip [m] and vacuum [Pa]: not beyond the overlap."""
-    end = brake.sheets.overlap * (1 + 1e-9)  # rounding may pass the end
+    end = brake.sheets.overlap * (1 + 1e-9)  # rounding may exceed the end of the overlap
     return (slip >= 0) & (slip <= end) & (vacuum >= 0)
 
 
@@ -58,7 +58,7 @@ def sheet_friction(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
     It is zero once the overlap is used up; NaN for a negative slip or vacuum.
     """
-    force = fan_force(slip, sheet_law(vacuum, brake))
+    force = friction_force(slip, sheet_law(vacuum, brake))
     return keep_if((slip >= 0) & (vacuum >= 0), force)
 
 
@@ -69,7 +69,7 @@ def sheet_friction_at(slip: Any, speed: Any, vacuum: Any, brake: Brake) -> Any:
     NaN for a negative speed. Without a speed law the speed has no effect.
     """
     sheets = scale_friction(sheet_law(vacuum, brake), brake_growth(xp.abs(speed), brake))
-    return keep_if((slip >= 0) & (vacuum >= 0) & (speed >= 0), fan_force(slip, sheets))
+    return keep_if((slip >= 0) & (vacuum >= 0) & (speed >= 0), friction_force(slip, sheets))
 
 
 @law
@@ -78,7 +78,7 @@ def holding_force(vacuum: Any, brake: Brake) -> Any:
 
     The scale factor multiplies static and kinetic friction alike (ours).
     """
-    return keep_if(vacuum >= 0, fan_force(0.0, static_law(vacuum, brake)))
+    return keep_if(vacuum >= 0, friction_force(0.0, static_law(vacuum, brake)))
 
 
 sheets_at, static_at, growth_of, at_speed = sheet_law, static_law, brake_growth, fix_speed

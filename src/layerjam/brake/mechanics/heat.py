@@ -12,7 +12,6 @@ from typing import Any
 
 from layerjam.brake.device.brake import Brake, sheet_mass
 from layerjam.brake.mechanics.arrays import xp
-from layerjam.brake.mechanics.fan import fan_exponent
 from layerjam.brake.mechanics.friction import friction_per_contact, sheet_law
 from layerjam.brake.mechanics.law import keep_if, law
 
@@ -66,12 +65,11 @@ def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
     sheets = brake.sheets
     # the friction law includes the pressure exponent
     shear = friction_per_contact(vacuum, brake) / ((sheets.count - 1) * sheets.width)
-    fan = sheet_law(vacuum, brake).fan
-    if fan is not None:  # for the middle sheet, at its tension at rest
-        shear = shear * xp.exp(fan_exponent(0.0, fan)) / fan.reference
+    for shape in sheet_law(vacuum, brake).shapes:  # for the middle sheet, at its tension at rest
+        shear = shape.amplify_middle(shear)
     rise = shear * slip / (brake.film.density * _specific_heat(brake) * sheets.thickness)
-    fine = (slip >= 0) & (slip <= sheets.overlap) & (vacuum >= 0)
-    return keep_if(fine, rise)
+    is_valid = (slip >= 0) & (slip <= sheets.overlap) & (vacuum >= 0)
+    return keep_if(is_valid, rise)
 
 
 @law
@@ -93,5 +91,5 @@ def stops_per_minute(heat: Any, allowed_rise: Any, film_coefficient: Any, brake:
     rate = film_coefficient * outer_area(brake) / capacity
     possible = share < 1
     spacing = -xp.log1p(-xp.where(possible, share, 0.5)) / rate
-    fine = (heat > 0) & (allowed_rise > 0) & (film_coefficient > 0) & ~xp.isnan(share)
-    return keep_if(fine, xp.where(possible, 60 / spacing, 0.0))
+    is_valid = (heat > 0) & (allowed_rise > 0) & (film_coefficient > 0) & ~xp.isnan(share)
+    return keep_if(is_valid, xp.where(possible, 60 / spacing, 0.0))

@@ -126,9 +126,11 @@ class Strip(NamedTuple):
     @property
     def kink(self) -> Any:
         """Return the coordinate above which the whole enclosure moves, at most `limit`."""
-        full = self.friction * self.reach / self.section
-        top = xp.zeros_like(full) + self.rubber.strain
-        return rising_zero(lambda e: rubber_stress(e, self.rubber) - full, 0.0 * full, top)
+        full_stress = self.friction * self.reach / self.section
+        top = xp.zeros_like(full_stress) + self.rubber.strain
+        return rising_zero(
+            lambda e: rubber_stress(e, self.rubber) - full_stress, 0.0 * full_stress, top
+        )
 
     def find_place(self, slip: Any) -> Any:
         """Return the coordinate at a slip [m]; NaN beyond `limit`."""
@@ -164,15 +166,17 @@ def _solve_middle(end: Any, pull: Any, strip: Strip) -> tuple[Any, Any]:
 
     `pull` is the stress there [Pa].
     """
-    left = pull - strip.friction * strip.reach / strip.section
-    moves = left > 0
+    middle_stress = pull - strip.friction * strip.reach / strip.section
+    is_moving = middle_stress > 0
 
     def find_middle(left: Any) -> Any:
-        return xp.where(moves, strain_at(xp.where(moves, left, 0.0), end, pull, strip.rubber), 0.0)
+        return xp.where(
+            is_moving, strain_at(xp.where(is_moving, left, 0.0), end, pull, strip.rubber), 0.0
+        )
 
-    middle = choose(xp.any(moves), find_middle, xp.zeros_like, left)
-    rubs = xp.where(moves, 1.0, strip.friction)
-    return middle, xp.where(moves, strip.reach, strip.section * pull / rubs)
+    middle = choose(xp.any(is_moving), find_middle, xp.zeros_like, middle_stress)
+    rubs = xp.where(is_moving, 1.0, strip.friction)
+    return middle, xp.where(is_moving, strip.reach, strip.section * pull / rubs)
 
 
 def strain_at(stress: Any, end: Any, pull: Any, rubber: Hyperelastic) -> Any:
@@ -201,15 +205,15 @@ def load_strip(end: Any, strip: Strip) -> FirstLoading:
     elastic = ((energy - loss) * weight).sum(axis=0)
     # a point is s = A (sigma0 - sigma)/q from the end; the integral of its slip is that of e s
     heat = ((strain * (pull - stress) + loss) * weight).sum(axis=0)
-    volume, steep = 4 * strip.section * length, rubber_slope(end, strip.rubber)
+    volume, stiffness = 4 * strip.section * length, rubber_slope(end, strip.rubber)
     return FirstLoading(
         slip=2 * length * (strain * weight).sum(axis=0),
         force=2 * strip.section * pull,
         stored=volume * elastic,
         heat=volume * heat,
         # dx = 2 A/q sigma' (e0 - e_m) de, and A/q is the ratio of the length to sigma0 - sigma_m
-        slip_slope=2 * length * steep / mean,
-        force_slope=2 * strip.section * steep,
+        slip_slope=2 * length * stiffness / mean,
+        force_slope=2 * strip.section * stiffness,
     )
 
 
@@ -222,8 +226,8 @@ def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
     def resistance(point: FirstLoading, spring: Any) -> Any:
         return spring * point.slip + with_force * point.force
 
-    moves = ~(drive <= 0)  # also for NaN
-    drive = xp.where(moves, drive, 1.0)
+    is_moving = ~(drive <= 0)  # also for NaN
+    drive = xp.where(is_moving, drive, 1.0)
     drive, spring = xp.broadcast_arrays(drive + 0.0 * strip.friction, spring)
     aim, stiff, law = freeze((drive, spring, strip))
     top = xp.zeros_like(aim) + law.rubber.strain
@@ -241,7 +245,7 @@ def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
     point = load_strip(guess, strip)
     slope = freeze(spring * point.slip_slope + with_force * point.force_slope)
     strain = guess + (drive - resistance(point, spring)) / slope
-    return xp.where(moves, keep_if(is_met, strain), 0.0)
+    return xp.where(is_moving, keep_if(is_met, strain), 0.0)
 
 
 @law

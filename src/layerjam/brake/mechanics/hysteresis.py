@@ -10,13 +10,18 @@ from typing import Any, NamedTuple
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import choose, scan, xp
 from layerjam.brake.mechanics.cycle import Cycle, Setting
-from layerjam.brake.mechanics.effects import brake_growth
 from layerjam.brake.mechanics.enclosure import EnclosureLaw, brake_enclosure, check_modulus
-from layerjam.brake.mechanics.fan import fan_force, fan_tangent, fan_work, scale_friction
 from layerjam.brake.mechanics.friction import sheet_law
 from layerjam.brake.mechanics.law import compiled, law
 from layerjam.brake.mechanics.memory import Memory, new_memory, relaxed_enclosure
 from layerjam.brake.mechanics.rubber_strip import Rubber
+from layerjam.brake.mechanics.slip_effects import (
+    friction_force,
+    friction_tangent,
+    friction_work,
+    scale_friction,
+)
+from layerjam.brake.mechanics.speed_effects import brake_growth, has_speed_effects
 from layerjam.brake.mechanics.stiffness import working_stiffness
 
 
@@ -40,21 +45,22 @@ def make_setting(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> 
     sheets, enclosure = sheet_law(vacuum, brake), brake_enclosure(vacuum, brake)
     if growth is not None:
         sheets = scale_friction(sheets, growth)
-    return Setting(sheets.c, spring, sheets.overlap, enclosure, sheets.fan, brake.speed_law)
+    paced_brake = brake if has_speed_effects(brake) else None
+    return Setting(sheets.c, spring, sheets.overlap, enclosure, sheets.shapes, paced_brake)
 
 
 def _friction_heat(start: Any, end: Any, setting: Setting) -> Any:
     """Return the heat of the sheets' friction over a move [J]."""
-    if setting.fan is None and isinstance(setting.enclosure, EnclosureLaw):
+    if not setting.shapes and isinstance(setting.enclosure, EnclosureLaw):
         return xp.abs(end - start) * setting.c * (setting.overlap - (end + start) / 2)
-    return xp.abs(fan_work(start, end, setting))  # zero past the end of the overlap
+    return xp.abs(friction_work(start, end, setting))  # zero past the end of the overlap
 
 
 def move(state: State, elongation: Any, setting: Setting) -> State:
     """Move the crosshead at constant vacuum; work and heat are exact."""
     memory = state.enclosure
     trial = setting.k * (elongation - memory.slip)
-    hold = fan_force(memory.slip, setting)
+    hold = friction_force(memory.slip, setting)
     out = trial > memory.force + hold
     returns = xp.maximum(trial, 0.0) < memory.force - hold
     new = memory.balance(elongation, out, returns, setting)
@@ -72,7 +78,7 @@ def move(state: State, elongation: Any, setting: Setting) -> State:
         vacuum=state.vacuum,
         growth=state.growth,
         closed=state.closed | (memory.slip - slip > 1e-12 * setting.overlap),
-        snapped=state.snapped | (out & (setting.k <= fan_tangent(memory.slip, setting).c)),
+        snapped=state.snapped | (out & (setting.k <= friction_tangent(memory.slip, setting).c)),
     )
 
 
@@ -119,34 +125,34 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -
 
 def new_state(vacuum: Any, growth: Any = None) -> State:
     """Return a brake that was never pulled, at a vacuum [Pa]."""
-    zero, no = xp.array(0.0), xp.array(False)
-    return State(new_memory(), zero, zero, zero, zero, vacuum, no, no, growth)
+    zero, false = xp.array(0.0), xp.array(False)
+    return State(new_memory(), zero, zero, zero, zero, vacuum, false, false, growth)
 
 
 def step_state(
     state: State, target: Any, pressure: Any, growth: Any, spring: Any, brake: Brake
 ) -> tuple[State, Cycle]:
     """Return the brake after a change of vacuum [Pa] and a move to an elongation [m]."""
-    after = make_setting(pressure, spring, brake, growth)
-    same = pressure == state.vacuum
+    new_setting = make_setting(pressure, spring, brake, growth)
+    is_unchanged = pressure == state.vacuum
     if growth is not None:
-        same = same & (growth == state.growth)
+        is_unchanged = is_unchanged & (growth == state.growth)
     # the vacuum is constant in most of a history, so the other branch is skipped
     state = choose(
-        same,
+        is_unchanged,
         lambda s: s,
-        lambda s: change_vacuum(s, pressure, after)._replace(growth=growth),
+        lambda s: change_vacuum(s, pressure, new_setting)._replace(growth=growth),
         state,
     )
-    return _pull_to(state, target, after, brake)
+    return _pull_to(state, target, new_setting, brake)
 
 
 def _pull_to(state: State, target: Any, setting: Setting, brake: Brake) -> tuple[State, Cycle]:
     """Return the brake after a move to an elongation [m] at its vacuum."""
     state = move(state, target, setting)
     enclosure = state.enclosure
-    fine = (target >= 0) & (state.vacuum >= 0) & ~(enclosure.is_invalid | state.snapped)
-    force = xp.where(fine, state.force, xp.nan)
+    is_valid = (target >= 0) & (state.vacuum >= 0) & ~(enclosure.is_invalid | state.snapped)
+    force = xp.where(is_valid, state.force, xp.nan)
     return state, Cycle(
         force=force,
         slip=enclosure.slip,

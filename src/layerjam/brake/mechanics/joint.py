@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import xp
-from layerjam.brake.mechanics.fan import remove_fan
+from layerjam.brake.mechanics.effects import remove_slip_effects
 from layerjam.brake.mechanics.friction import friction_per_contact
 from layerjam.brake.mechanics.law import keep_if, law
 
@@ -31,7 +31,7 @@ def _make_arc(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, bra
     line_load = vacuum * sheets.width + tension / radius
     # a pressure exponent applies at the lowest pressure on the joint
     pressure = xp.where(line_load > 0, line_load, 1.0) / sheets.width
-    friction = friction_per_contact(pressure, remove_fan(brake)) / (
+    friction = friction_per_contact(pressure, remove_slip_effects(brake)) / (
         (sheets.count - 1) * sheets.width * pressure
     )
     growth = friction * on_joint / radius
@@ -41,8 +41,8 @@ def _make_arc(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, bra
 
 
 def _is_valid(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: Brake) -> Any:
-    inside = (slip >= 0) & (slip <= brake.sheets.overlap) & (vacuum >= 0)
-    return inside & (angle >= 0) & (radius > 0) & (tension >= 0)
+    is_inside = (slip >= 0) & (slip <= brake.sheets.overlap) & (vacuum >= 0)
+    return is_inside & (angle >= 0) & (radius > 0) & (tension >= 0)
 
 
 @law
@@ -75,8 +75,8 @@ def joint_sheet_force(
     """
     arc = _make_arc(slip, vacuum, angle, radius, tension, brake)
     count = brake.sheets.count
-    both = xp.exp((count - 2) * arc.growth) + xp.exp((count - 3) * arc.growth)
-    force = arc.seed * xp.where(count > 2, both, 1.0)
+    growth_sum = xp.exp((count - 2) * arc.growth) + xp.exp((count - 3) * arc.growth)
+    force = arc.seed * xp.where(count > 2, growth_sum, 1.0)
     return keep_if(_is_valid(slip, vacuum, angle, radius, tension, brake), force)
 
 

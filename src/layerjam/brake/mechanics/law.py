@@ -35,11 +35,11 @@ def law(function: F) -> F:
     places, program = inspect.signature(function), _as_program(_convert_traced(function))
 
     @functools.wraps(function)
-    def wrapper(*args: Any, **named: Any) -> Any:
+    def wrapper(*args: Any, **keywords: Any) -> Any:
         # pass by position, because keyword arguments would compile again
         try:
-            exact = not named and len(args) == len(places.parameters)
-            arguments = args if exact else places.bind(*args, **named).args
+            exact = not keywords and len(args) == len(places.parameters)
+            arguments = args if exact else places.bind(*args, **keywords).args
         except TypeError:
             takes = ", ".join(places.parameters)
             raise ArgumentError(f"{function.__name__}() takes {takes}") from None
@@ -72,8 +72,8 @@ def compiled(function: Any = None, *, static: tuple[str, ...] = ()) -> Any:
     program = _as_program(function, static)
 
     @functools.wraps(function)
-    def wrapper(*args: Any, **named: Any) -> Any:
-        return program(uses_jax(args), *args, **named)
+    def wrapper(*args: Any, **keywords: Any) -> Any:
+        return program(uses_jax(args), *args, **keywords)
 
     return wrapper
 
@@ -99,13 +99,13 @@ def _as_program(function: Callable[..., Any], static: tuple[str, ...] = ()) -> C
     """Return the function as a JAX program, which is made at its first call."""
     program: Any = None
 
-    def call(has_jax: bool, *args: Any, **named: Any) -> Any:
+    def call(has_jax: bool, *args: Any, **keywords: Any) -> Any:
         nonlocal program
         if program is None:
             from layerjam.brake.mechanics.tracing import Program
 
             program = Program(function, static)
-        return program(has_jax, *args, **named)
+        return program(has_jax, *args, **keywords)
 
     return call
 
@@ -185,7 +185,9 @@ def _explain_failure(name: str, places: inspect.Signature, values: Any) -> None:
         parameter = places.parameters[key]
         is_record = type(value) in RECORDS or isinstance(value, BrakeFile)
         is_optional = parameter.default is not parameter.empty
-        record = records.get(parameter.annotation, parameter.annotation)  # name or class
+        record = records.get(
+            parameter.annotation, parameter.annotation
+        )  # the annotation is a name or a class
         if record in RECORDS:
             fits, kind = is_record, f"a {record.__name__}, such as layerjam.load(NAME).brake"
         else:

@@ -6,11 +6,12 @@ from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import xp
 from layerjam.brake.mechanics.effects import is_proportional
 from layerjam.brake.mechanics.enclosure import enclosure_law
-from layerjam.brake.mechanics.fan import fan_force, tension_ratio
+from layerjam.brake.mechanics.fan import tension_ratio
 from layerjam.brake.mechanics.friction import holding_force, sheet_law
 from layerjam.brake.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.brake.mechanics.pull import peak
 from layerjam.brake.mechanics.roots import implicit_root
+from layerjam.brake.mechanics.slip_effects import friction_force
 from layerjam.brake.mechanics.stiffness import sheet_section
 
 
@@ -75,7 +76,7 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
     contact = xp.maximum(brake.sheets.overlap - slip, 0.0)
     if not is_proportional(brake):
         return _search_closing_vacuum(slip, brake)
-    c1 = fan_force(slip, sheet_law(1.0, brake))
+    c1 = friction_force(slip, sheet_law(1.0, brake))
     spread = (unit.root * safe_sqrt(slip) / xp.where(contact > 0, c1, 1.0)) ** 2
     net_slope = c1 - unit.friction * unit.reach
     linear = unit.stiffness * slip / unit.reach / xp.where(net_slope > 0, net_slope, 1.0)
@@ -89,7 +90,7 @@ def _search_closing_vacuum(slip: Any, brake: Brake) -> Any:
 
     def excess_friction(log_vacuum: Any) -> Any:
         vacuum = xp.exp(log_vacuum)
-        friction = fan_force(slip, sheet_law(vacuum, brake))
+        friction = friction_force(slip, sheet_law(vacuum, brake))
         return friction - enclosure_law(vacuum, brake).force(slip)
 
     top = xp.log(brake.site.atmosphere) + xp.zeros(xp.shape(slip))

@@ -19,9 +19,9 @@ from layerjam.brake.mechanics.arrays import choose, map_leaves, repeat, scan, xp
 from layerjam.brake.mechanics.cycle import Setting
 from layerjam.brake.mechanics.effects import has_single_modulus
 from layerjam.brake.mechanics.enclosure import EnclosureLaw, brake_enclosure, make_enclosure
-from layerjam.brake.mechanics.fan import solve_fan
 from layerjam.brake.mechanics.law import compiled, keep_if, law, safe_sqrt
 from layerjam.brake.mechanics.rubber_strip import Rubber, make_cells, new_strip
+from layerjam.brake.mechanics.slip_effects import find_equilibrium
 
 DEPTH = 16
 """Largest number of nested turning points in each direction that are stored."""
@@ -79,7 +79,7 @@ class Memory(NamedTuple):
             pull, spring = drive(start, pick_piece(path.force, place)), line.k - direction * line.c
             return start + direction * strip.find_slip(pull, spring)
 
-        slip = solve_fan(solve_line, self.slip, setting)
+        slip = find_equilibrium(solve_line, self.slip, setting)
         return xp.where(direction * (slip - self.slip) > 0, xp.maximum(slip, 0.0), self.slip)
 
     def balance(self, elongation: Any, out: Any, returns: Any, setting: Setting) -> "Memory":
@@ -90,8 +90,10 @@ class Memory(NamedTuple):
             # a brake that has become slack has slid back without the spring
             slack = (tries == 1) & returns & (elongation < slip)
             pull = setting._replace(k=xp.where(slack, 0.0, setting.k))
-            slides = (tries == 0) | slack
-            return choose(slides, lambda: self.find_slip(elongation, direction, pull), lambda: slip)
+            is_sliding = (tries == 0) | slack
+            return choose(
+                is_sliding, lambda: self.find_slip(elongation, direction, pull), lambda: slip
+            )
 
         slip = choose(out | returns, lambda: repeat(2, slide, self.slip), lambda: self.slip)
         return self.slide_to(slip, setting.enclosure)
@@ -99,9 +101,12 @@ class Memory(NamedTuple):
     def slide_to(self, slip: Any, enclosure: EnclosureLaw) -> "Memory":
         """Return the enclosure after a move out or back to a slip [m], with its work and heat."""
         new = _grow_piece(self, slip, enclosure)
-        full = new.count >= len(self.ends)  # leave room for the next turning point
+        is_full = new.count >= len(self.ends)  # leave room for the next turning point
         return choose(
-            xp.any(full), lambda s: _choose(full, _join_pieces(s, enclosure), s), lambda s: s, new
+            xp.any(is_full),
+            lambda s: _choose(is_full, _join_pieces(s, enclosure), s),
+            lambda s: s,
+            new,
         )
 
     def apply_vacuum(self, enclosure: EnclosureLaw) -> "Memory":
@@ -113,10 +118,10 @@ class Memory(NamedTuple):
         was only pulled out), and close to the effect of a slowly falling vacuum for several runs.
         The stored energy never increases.
         """
-        steep = (_piece_indices(self) < self.count) & (xp.abs(self.slopes) > enclosure.friction)
+        is_steep = (_piece_indices(self) < self.count) & (xp.abs(self.slopes) > enclosure.friction)
         return choose(
-            xp.any(steep),
-            lambda s: _choose(xp.any(steep, axis=0), _slide_steep_pieces(s, enclosure), s),
+            xp.any(is_steep),
+            lambda s: _choose(xp.any(is_steep, axis=0), _slide_steep_pieces(s, enclosure), s),
             lambda s: s,
             self,
         )
@@ -142,9 +147,9 @@ class Path(NamedTuple):
 def new_memory(shape: tuple[int, ...] = ()) -> Memory:
     """Return a relaxed enclosure, or an array of them."""
     zero = xp.zeros(shape)
-    none = xp.zeros((PIECES, *shape))
-    middle = xp.concatenate([none[:2] + 1.0, none[2:]])
-    return Memory(zero, zero, middle, none, xp.full(shape, 2), zero, zero, zero > 0)
+    zeros = xp.zeros((PIECES, *shape))
+    middle = xp.concatenate([zeros[:2] + 1.0, zeros[2:]])
+    return Memory(zero, zero, middle, zeros, xp.full(shape, 2), zero, zero, zero > 0)
 
 
 def branch(strength: Any, enclosure: EnclosureLaw) -> EnclosureLaw:
@@ -221,10 +226,10 @@ def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     path = find_path(ready, direction, enclosure)
     places = _piece_indices(state)
     is_active = places < ready.count - 1
-    # a loop that closes within rounding is closed
+    # a loop counts as closed if it closes within rounding
     branch_way = path.end - direction * (path.slip - state.slip)
-    close = CLOSE if xp.result_type(distance) == xp.float64 else CLOSE_IN_SINGLE
-    is_reached = path.end - close * xp.where(path.end < xp.inf, branch_way, 0.0) <= distance
+    tolerance = CLOSE if xp.result_type(distance) == xp.float64 else CLOSE_IN_SINGLE
+    is_reached = path.end - tolerance * xp.where(path.end < xp.inf, branch_way, 0.0) <= distance
     is_reached = ~is_active | is_reached | ((path.strength <= 0) & (places > 0))
     is_passed = is_active & xp.flip(xp.cumprod(xp.flip(is_reached, 0), axis=0), 0).astype(bool)
     place = ready.count - 2 - is_passed.sum(axis=0)
@@ -325,12 +330,12 @@ def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
     """Apply the lower vacuum if anything slides, from the innermost piece to the driven end."""
     places, q, tension = _piece_indices(state), enclosure.friction, _piece_tension(state, enclosure)
     real = (places > 0) & (places < state.count)
-    steep = real & (xp.abs(state.slopes) > q)
+    is_steep = real & (xp.abs(state.slopes) > q)
     near_end = xp.where(places < state.count - 1, xp.roll(state.ends, -1, axis=0), 0.0)
     stretch = state.slip - _sum_nearer(tension.slip)
     continues = xp.roll(state.slopes, -1, axis=0) * state.slopes > 0
-    last = steep & ~(continues & (places < state.count - 1))
-    first = state.count - steep.sum(axis=0)
+    last = is_steep & ~(continues & (places < state.count - 1))
+    first = state.count - is_steep.sum(axis=0)
     end = pick_piece(state.ends, first)
     start = state._replace(
         slip=pick_piece(stretch - tension.slip, first),
@@ -346,16 +351,18 @@ def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
     def turn_at(place: Any, is_turn: Any, carry: tuple[Memory, Any]) -> tuple[Memory, Any]:
         outer, position = carry
         border, aim = near_end[place], stretch[place]
-        left = xp.where(border < 1, 1 - border, 1.0)
+        share_left = xp.where(border < 1, 1 - border, 1.0)
         slope = pick_piece(outer.slopes, outer.count - 1)
         length = (position - border) * enclosure.reach
         slip = outer.slip + (outer.force - slope * length) * length / enclosure.stiffness
         local = outer._replace(
-            slip=slip, force=outer.force - 2 * slope * length, ends=(outer.ends - border) / left
+            slip=slip,
+            force=outer.force - 2 * slope * length,
+            ends=(outer.ends - border) / share_left,
         )
-        strip = make_enclosure(enclosure.stiffness, q, enclosure.reach * left)
+        strip = make_enclosure(enclosure.stiffness, q, enclosure.reach * share_left)
         new = _grow_piece(local, aim, strip)
-        new = _choose(is_turn, new._replace(ends=border + left * new.ends), outer)
+        new = _choose(is_turn, new._replace(ends=border + share_left * new.ends), outer)
         return new, xp.where(is_turn, border, position)
 
     result, _ = repeat(len(state.ends), turn, (start, end), first=1)
@@ -385,7 +392,7 @@ def enclosure_cycle(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any
     def step(state: Memory | Rubber, point: tuple[Any, Any]) -> Any:
         enclosure: Any = brake_enclosure(point[1], brake)
         state = state.apply_vacuum(enclosure).slide_to(point[0], enclosure)
-        fine = ~state.is_invalid & (point[0] >= 0) & (point[1] >= 0)
-        return state, tuple(keep_if(fine, v) for v in (state.force, state.stored, state.heat))
+        is_valid = ~state.is_invalid & (point[0] >= 0) & (point[1] >= 0)
+        return state, tuple(keep_if(is_valid, v) for v in (state.force, state.stored, state.heat))
 
     return scan(step, relaxed_enclosure(slip, vacuum, brake), (slip, vacuum))[1]

@@ -15,10 +15,15 @@ from layerjam.brake.mechanics.enclosure import (
     enclosure_law,
     spread_root,
 )
-from layerjam.brake.mechanics.fan import Sheets, fan_force, fan_tangent, solve_fan
 from layerjam.brake.mechanics.friction import friction_per_contact, sheet_law, slides
 from layerjam.brake.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.brake.mechanics.roots import implicit_root, rising_zero
+from layerjam.brake.mechanics.slip_effects import (
+    Sheets,
+    find_equilibrium,
+    friction_force,
+    friction_tangent,
+)
 from layerjam.brake.mechanics.stiffness import working_stiffness
 from layerjam.core.evolve import evolve
 
@@ -38,7 +43,7 @@ def brake_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
 def sliding_resistance(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return `brake_force` [N] without its domain: beyond the overlap that of the enclosure."""
-    sheets = fan_force(slip, sheet_law(vacuum, brake))
+    sheets = friction_force(slip, sheet_law(vacuum, brake))
     return sheets + brake_enclosure(vacuum, brake).force(slip)
 
 
@@ -64,7 +69,7 @@ def peak(vacuum: Any, travel: Any, brake: Brake) -> Peak:
     fan out have no closed form: the largest force is found by a search.
     """
     sheets, enclosure = sheet_law(vacuum, brake), enclosure_law(vacuum, brake)
-    if sheets.fan is None:
+    if not sheets.shapes:
         force, slip, inside = _closed_peak(travel, sheets.c, sheets.overlap, enclosure)
     else:
         force, slip, inside = searched_peak(travel, sheets, enclosure)
@@ -93,7 +98,7 @@ def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple
     """
 
     def force(root: Any, laws: tuple[Sheets, EnclosureLaw]) -> Any:
-        return fan_force(root**2, laws[0]) + laws[1].force(root**2)
+        return friction_force(root**2, laws[0]) + laws[1].force(root**2)
 
     end = safe_sqrt(xp.maximum(travel, 0.0))
     end = end + sum(0.0 * part for part in leaves((sheets, enclosure)))
@@ -104,7 +109,7 @@ def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple
 
     def falls(root: Any) -> Any:
         friction, strip = constants
-        return 2 * root * fan_tangent(root**2, friction).c - strip.point_at(root).force_slope
+        return 2 * root * friction_tangent(root**2, friction).c - strip.point_at(root).force_slope
 
     root = rising_zero(falls, low, high)
     inside = root < root_end
@@ -125,11 +130,11 @@ def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
     def find_slip(line: Sheets) -> Any:
         return enclosure.find_slip(k * elongation - line.c * line.overlap, k - line.c)
 
-    slip = solve_fan(find_slip, 0.0 * elongation, sheets)
+    slip = find_equilibrium(find_slip, 0.0 * elongation, sheets)
     enclosure_slip = enclosure.find_slip(k * elongation, k)
     past = slip > brake.sheets.overlap
     slip = xp.where(past, xp.maximum(enclosure_slip, brake.sheets.overlap), slip)
-    return keep_if((elongation >= 0) & (vacuum >= 0) & (k > fan_tangent(0.0, sheets).c), slip)
+    return keep_if((elongation >= 0) & (vacuum >= 0) & (k > friction_tangent(0.0, sheets).c), slip)
 
 
 @law
@@ -151,7 +156,7 @@ def least_stiffness(vacuum: Any, brake: Brake) -> Any:
     The friction of sheets that fan out falls most steeply at the start, where their free lengths
     are shortest.
     """
-    return fan_tangent(0.0, sheet_law(vacuum, brake)).c
+    return friction_tangent(0.0, sheet_law(vacuum, brake)).c
 
 
 @law
@@ -229,7 +234,7 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
     enclosure_alone = unit.stiffness * slip / unit.reach
     top_force = brake_force(slip, atmosphere, brake)
     if is_proportional(brake):
-        c1 = fan_force(slip, sheet_law(1.0, brake))
+        c1 = friction_force(slip, sheet_law(1.0, brake))
         spread = spread_root(force, c1, unit._replace(root=unit.root * safe_sqrt(slip))) ** 2
         linear = (force - enclosure_alone) / (c1 + unit.friction * unit.reach)
         saturated = linear * unit.saturation <= slip
@@ -267,10 +272,10 @@ def peak_vacuum(brake: Brake) -> Any:
     unit = enclosure_law(1.0, brake)
     bound = unit.stiffness / unit.reach
     if is_proportional(brake):
-        return bound / fan_tangent(0.0, sheet_law(1.0, brake)).c
+        return bound / friction_tangent(0.0, sheet_law(1.0, brake)).c
 
     def excess(log_vacuum: Any) -> Any:
-        return xp.log(fan_tangent(0.0, sheet_law(xp.exp(log_vacuum), brake)).c / bound)
+        return xp.log(friction_tangent(0.0, sheet_law(xp.exp(log_vacuum), brake)).c / bound)
 
     middle = 0.0 * excess(0.0)
     return xp.exp(implicit_root(excess, middle - 100.0, middle + 100.0))

@@ -64,9 +64,9 @@ def _interpolate_zero(
         x = a + t * (b - a)
         f = function(x)
         f = xp.where(xp.isnan(f), xp.inf, f)
-        same = (f < 0) == (fa < 0)
-        c, fc = xp.where(same, a, b), xp.where(same, fa, fb)
-        b, fb, a, fa = xp.where(same, b, a), xp.where(same, fb, fa), x, f
+        has_same_sign = (f < 0) == (fa < 0)
+        c, fc = xp.where(has_same_sign, a, b), xp.where(has_same_sign, fa, fb)
+        b, fb, a, fa = xp.where(has_same_sign, b, a), xp.where(has_same_sign, fb, fa), x, f
         best = xp.where(xp.abs(fa) < xp.abs(fb), a, b)
         tiny = 2.3e-16 * xp.abs(best) / xp.abs(b - a)
         is_open = (tiny < 0.5) & (f != 0) & (a != b) & ~is_below & ~is_above
@@ -100,9 +100,9 @@ def carry_gradient(function: Callable[[Any], Any], root: Any, low: Any, high: An
     """Return a root that was found without gradient, with the gradient of the implicit function."""
     if not is_jax(root):
         return root
-    steep = freeze(derivative(function, root))
-    steep = xp.where(steep > 0, steep, xp.inf)
-    return xp.clip(root - function(root) / steep, low, high)
+    slope = freeze(derivative(function, root))
+    slope = xp.where(slope > 0, slope, xp.inf)
+    return xp.clip(root - function(root) / slope, low, high)
 
 
 def sample(low: Any, high: Any) -> Any:
@@ -119,14 +119,18 @@ def first_fall(
     Finds the first of 64 parts in which it falls below zero, and searches there. `values` are those
     of the function at the ends of the parts (see `sample`), if they are known.
     """
-    below = (function(sample(low, high)) if values is None else values) < 0
-    falls = below[1:] & ~below[:-1]
-    first, width, any_ = xp.argmax(falls, axis=0), (high - low) / _PARTS, falls.any(axis=0)
+    is_negative = (function(sample(low, high)) if values is None else values) < 0
+    is_crossing = is_negative[1:] & ~is_negative[:-1]
+    first, width, any_ = (
+        xp.argmax(is_crossing, axis=0),
+        (high - low) / _PARTS,
+        is_crossing.any(axis=0),
+    )
     start = low + first * width
 
     def search(start: Any) -> Any:
         first, last = -function(start), -function(start + width)
-        # from a zero at the start of the part, the function may rise before it falls
+        # if the part starts at a zero, the function may rise before it falls
         ends = xp.where(first < 0, first, -xp.abs(last)), last
         return rising_zero(lambda x: -function(x), start, start + width, ends=ends)
 
@@ -147,7 +151,7 @@ def newton_root(
     `function` takes (place, hint) and returns value, slope and the hint of the next step. In
     reverse mode the values that the function captures must have no gradient.
     """
-    close = _SETTLED * (high - low)
+    tolerance = _SETTLED * (high - low)
 
     def step(state: tuple[Any, ...]) -> tuple[Any, ...]:
         x, low, high, size, hint, count = state
@@ -155,14 +159,14 @@ def newton_root(
         low, high = xp.where(value < 0, x, low), xp.where(value > 0, x, high)
         move = -value / xp.where(slope > 0, slope, 1.0)
         next_x = x + move
-        inside = (slope > 0) & (next_x >= low) & (next_x <= high)
-        is_done = ((slope > 0) & (xp.abs(move) <= close)) | xp.isnan(value)
-        new = xp.where(is_done | inside, next_x, (low + high) / 2)
-        is_open, size = size > close, xp.where(is_done, 0.0, xp.abs(new - x))
+        is_inside = (slope > 0) & (next_x >= low) & (next_x <= high)
+        is_done = ((slope > 0) & (xp.abs(move) <= tolerance)) | xp.isnan(value)
+        new = xp.where(is_done | is_inside, next_x, (low + high) / 2)
+        is_open, size = size > tolerance, xp.where(is_done, 0.0, xp.abs(new - x))
         return xp.where(is_open, new, x), low, high, xp.where(is_open, size, 0.0), hint, count + 1
 
     def is_unfinished(state: tuple[Any, ...]) -> Any:
-        return xp.any(state[3] > close) & (state[5] < _MOST_STEPS)
+        return xp.any(state[3] > tolerance) & (state[5] < _MOST_STEPS)
 
     start = (guess, low, high, xp.full_like(guess, xp.inf), hint, 0)
     return repeat_while(is_unfinished, step, start)[0]

@@ -19,7 +19,6 @@ from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.hyperelastic import Hyperelastic
 from layerjam.brake.mechanics.arrays import choose, xp
 from layerjam.brake.mechanics.cycle import Setting
-from layerjam.brake.mechanics.fan import fan_force, fan_tangent
 from layerjam.brake.mechanics.hyperelastic import (
     Strip,
     make_strip,
@@ -28,6 +27,7 @@ from layerjam.brake.mechanics.hyperelastic import (
     rubber_stress,
 )
 from layerjam.brake.mechanics.roots import newton_root
+from layerjam.brake.mechanics.slip_effects import friction_force, friction_tangent
 from layerjam.brake.mechanics.softening import elastic_energy, lost_energy, softening
 
 CELLS = 240
@@ -84,8 +84,8 @@ class Rubber(NamedTuple):
 
     def apply_vacuum(self, strip: Strip) -> "Rubber":
         """Return the state under a different vacuum at the same slip."""
-        falls = (strip.friction < self.friction) & (self.slip > 0)
-        return self._replace(friction=strip.friction, is_invalid=self.is_invalid | falls)
+        is_falling = (strip.friction < self.friction) & (self.slip > 0)
+        return self._replace(friction=strip.friction, is_invalid=self.is_invalid | is_falling)
 
     def slide_to(self, slip: Any, strip: Strip) -> "Rubber":
         """Return the enclosure after a move to a slip [m]; it cannot be pushed."""
@@ -94,8 +94,8 @@ class Rubber(NamedTuple):
             return slip - at, 0.0 * pull, -xp.ones_like(at)
 
         new = self._move(slip != self.slip, drive, strip)
-        bad = (xp.abs(new.slip - slip) > 1e-9 * (xp.abs(slip) + self.slip)) | (slip < 0)
-        return new._replace(slip=slip, is_invalid=new.is_invalid | bad)
+        is_unreachable = (xp.abs(new.slip - slip) > 1e-9 * (xp.abs(slip) + self.slip)) | (slip < 0)
+        return new._replace(slip=slip, is_invalid=new.is_invalid | is_unreachable)
 
     def balance(self, elongation: Any, out: Any, returns: Any, setting: Setting) -> "Rubber":
         """Return the enclosure after a move to an elongation [m], if it slides out or returns."""
@@ -104,9 +104,9 @@ class Rubber(NamedTuple):
         def drive(pull: Any, slip: Any) -> tuple[Any, Any, Any]:
             # when the rope is slack, the enclosure closes the brake against the sheets' friction
             taut = setting.k * (elongation - slip)
-            residual = xp.maximum(taut, 0.0) - 2 * pull - sign * fan_force(slip, setting)
-            over_slip = sign * fan_tangent(slip, setting).c - xp.where(taut > 0, setting.k, 0.0)
-            return residual, -2.0 + 0.0 * pull, over_slip
+            residual = xp.maximum(taut, 0.0) - 2 * pull - sign * friction_force(slip, setting)
+            fall = sign * friction_tangent(slip, setting).c
+            return residual, -2.0 + 0.0 * pull, fall - xp.where(taut > 0, setting.k, 0.0)
 
         return self._move(out | returns, drive, setting.enclosure)
 
@@ -114,32 +114,34 @@ class Rubber(NamedTuple):
         return choose(moves, lambda: move_strip(self, drive, strip.friction), lambda: self)
 
 
-def make_cells(slip: Any, least: Any, highest: Any, brake: Brake, count: int = CELLS) -> Cells:
+def make_cells(slip: Any, lowest: Any, highest: Any, brake: Brake, count: int = CELLS) -> Cells:
     """Return cells for histories up to a slip [m], between a lowest and a highest vacuum [Pa].
 
     They cover the part that can move, and are small near the driven end, where reversals start.
     """
-    strip, full = make_strip(least, brake), make_strip(highest, brake)
-    rubber, force = full.rubber, full.force(slip)
-    top = strip.section * rubber_stress(rubber.strain + 0.0 * slip, rubber)
+    least_strip, full_strip = make_strip(lowest, brake), make_strip(highest, brake)
+    rubber, force = full_strip.rubber, full_strip.force(slip)
+    top = least_strip.section * rubber_stress(rubber.strain + 0.0 * slip, rubber)
     pull = xp.where(xp.isnan(force), top, force / 2)
-    rubs = strip.friction * strip.reach > pull
-    moves = xp.where(rubs, pull / xp.where(rubs, strip.friction, 1.0), strip.reach)
-    edges = moves * xp.linspace(0.0, 1.0, count + 1) ** 2
-    return Cells((edges[1:] + edges[:-1]) / 2, xp.diff(edges), strip.section, rubber, top)
+    rubs = least_strip.friction * least_strip.reach > pull
+    moving_length = xp.where(
+        rubs, pull / xp.where(rubs, least_strip.friction, 1.0), least_strip.reach
+    )
+    edges = moving_length * xp.linspace(0.0, 1.0, count + 1) ** 2
+    return Cells((edges[1:] + edges[:-1]) / 2, xp.diff(edges), least_strip.section, rubber, top)
 
 
 def new_strip(cells: Cells) -> Rubber:
     """Return a new enclosure that was never stretched."""
-    none, zero = xp.zeros_like(cells.place), xp.array(0.0)
-    return Rubber(cells, zero, none, none, none, zero, zero, zero, zero, xp.array(False))
+    no_slip, zero = xp.zeros_like(cells.place), xp.array(0.0)
+    return Rubber(cells, zero, no_slip, no_slip, no_slip, zero, zero, zero, zero, xp.array(False))
 
 
 def _stress(strain: Any, peak_energy: Any, rubber: Hyperelastic) -> tuple[Any, Any]:
     """Return the stress [Pa] at a strain, and its slope, of a point that has reached an energy."""
     first = rubber_stress(strain, rubber)
-    eta, steep = softening(rubber_energy(strain, rubber), peak_energy, rubber)
-    return eta * first, eta * rubber_slope(strain, rubber) + steep * first**2
+    eta, slope = softening(rubber_energy(strain, rubber), peak_energy, rubber)
+    return eta * first, eta * rubber_slope(strain, rubber) + slope * first**2
 
 
 def _solve_strain(tension: Any, peak_energy: Any, guess: Any, cells: Cells) -> Any:
@@ -166,12 +168,12 @@ def move_strip(state: Rubber, drive: Drive, friction: Any) -> Rubber:
 
     def excess(point: tuple[Any, Any]) -> tuple[Any, Any, Any]:
         tension, strain = strip_at_pull(*point)
-        steep = _stress(strain, state.peak_energy, cells.rubber)[1] * cells.section
-        moves = xp.abs(point[0] - tension) >= friction * cells.place * (1 - 1e-12)
+        stiffness = _stress(strain, state.peak_energy, cells.rubber)[1] * cells.section
+        is_moving = xp.abs(point[0] - tension) >= friction * cells.place * (1 - 1e-12)
         slip = 2 * (cells.size * strain).sum()
-        rises = 2 * xp.where(moves, cells.size / steep, 0.0).sum()
+        tension_slope = 2 * xp.where(is_moving, cells.size / stiffness, 0.0).sum()
         residual, over_pull, over_slip = drive(point[0], slip)
-        return -residual, -(over_pull + over_slip * rises), strain
+        return -residual, -(over_pull + over_slip * tension_slope), strain
 
     pull = newton_root(excess, state.pull, xp.zeros_like(cells.top), cells.top, state.strain)
     tension, strain = strip_at_pull(pull, state.strain)

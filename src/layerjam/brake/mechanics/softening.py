@@ -23,13 +23,13 @@ def softening(energy: Any, peak_energy: Any, rubber: Hyperelastic) -> tuple[Any,
     if rubber.softening_r is None:
         return xp.ones_like(energy), xp.zeros_like(energy)
     width = _width(peak_energy, rubber)
-    below = (peak_energy - energy) / width
-    eta = 1 - erf(xp.maximum(below, 0.0)) / rubber.softening_r
-    slope = 2 / _ROOT_PI * xp.exp(-(below**2)) / (rubber.softening_r * width)
-    return eta, xp.where(below > 0, slope, 0.0)
+    energy_gap = (peak_energy - energy) / width
+    eta = 1 - erf(xp.maximum(energy_gap, 0.0)) / rubber.softening_r
+    slope = 2 / _ROOT_PI * xp.exp(-(energy_gap**2)) / (rubber.softening_r * width)
+    return eta, xp.where(energy_gap > 0, slope, 0.0)
 
 
-def _area(below: Any) -> Any:
+def _erf_integral(below: Any) -> Any:
     """Return the integral of erf from 0."""
     return below * erf(below) + xp.expm1(-(below**2)) / _ROOT_PI
 
@@ -39,7 +39,7 @@ def lost_energy(peak_energy: Any, rubber: Hyperelastic) -> Any:
     if rubber.softening_r is None:
         return xp.zeros_like(peak_energy)
     width = _width(peak_energy, rubber)
-    return width * _area(peak_energy / width) / rubber.softening_r
+    return width * _erf_integral(peak_energy / width) / rubber.softening_r
 
 
 def elastic_energy(energy: Any, peak_energy: Any, rubber: Hyperelastic) -> Any:
@@ -47,5 +47,7 @@ def elastic_energy(energy: Any, peak_energy: Any, rubber: Hyperelastic) -> Any:
     if rubber.softening_r is None:
         return energy
     width = _width(peak_energy, rubber)
-    area = _area(peak_energy / width) - _area(xp.maximum(peak_energy - energy, 0.0) / width)
+    area = _erf_integral(peak_energy / width) - _erf_integral(
+        xp.maximum(peak_energy - energy, 0.0) / width
+    )
     return energy - width * area / rubber.softening_r

@@ -56,6 +56,3 @@ def mount_stiffness(brake: Brake) -> Any:
     if brake.stiffness_measured is None:
         return xp.inf
     return 1 / (1 / brake.stiffness_measured - 1 / stiffness_before_slip(brake))
-
-
-sides = count_sides  # former name

@@ -31,8 +31,8 @@ _known_records: set[type] = set()
 @contextlib.contextmanager
 def _delay_interrupts() -> Iterator[None]:
     """Delay interrupts inside the block, because they crash Python while compiled modules load."""
-    before = signal.getsignal(signal.SIGINT)
-    if before is None or threading.current_thread() is not threading.main_thread():
+    old_handler = signal.getsignal(signal.SIGINT)
+    if old_handler is None or threading.current_thread() is not threading.main_thread():
         yield
         return
     caught: list[int] = []
@@ -40,7 +40,7 @@ def _delay_interrupts() -> Iterator[None]:
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, old_handler)
     if caught:
         signal.raise_signal(signal.SIGINT)
 
@@ -122,10 +122,10 @@ def in_double_precision(function: F) -> F:
     """Return the function, run in `double_precision` regardless of the process's settings."""
 
     @functools.wraps(function)
-    def wrapper(*args: Any, **named: Any) -> Any:
+    def wrapper(*args: Any, **keywords: Any) -> Any:
         register_records()
         with double_precision():
-            return function(*args, **named)
+            return function(*args, **keywords)
 
     return wrapper  # type: ignore[return-value]
 
@@ -156,7 +156,7 @@ class Program:
 
     def __call__(self, has_jax: bool, *args: Any, **static: Any) -> Any:
         """Return the function's result; `has_jax`: whether an argument is an array of JAX."""
-        register_records()  # an effect of another package
+        register_records()  # an effect from another package
         is_double = jax.config.jax_enable_x64
         if has_jax and is_double:
             return self._jitted(*args, **static)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.brake.mechanics.effects import depends_on_speed
+from layerjam.brake.mechanics.speed_effects import depends_on_speed
 from layerjam.brake.simulate.record import DropRecord, Outcome, column
 from layerjam.core.errors import (
     Notice,
@@ -169,13 +169,13 @@ def specific_force(record: DropRecord) -> tuple[Array, Array]:
 
 def _is_swinging_back(record: DropRecord) -> bool:
     """Return whether the record continues with an undamped swing on the stuck brake."""
-    still = abs(float(record.speed_of_mass[-1])) <= 1e-6 * record.speed
+    is_at_rest = abs(float(record.speed_of_mass[-1])) <= 1e-6 * record.speed
     steady = not record.rope_damping and bool(np.all(record.vacuum_in_time == record.vacuum))
     # with a speed law, the sheets keep sliding after the mass has stopped
     steady = steady and not depends_on_speed(record.brake.brake)
     stopped = record.outcome in (Outcome.STOPPED, Outcome.NEVER_SLID)
     # below the weight the mass does not rise again: it hangs, and the force stays constant
-    return stopped and still and steady and record.force[-1] > record.mass * record.gravity
+    return stopped and is_at_rest and steady and record.force[-1] > record.mass * record.gravity
 
 
 def _list_end_warnings(record: DropRecord) -> list[str]:
@@ -228,17 +228,17 @@ def low_pass(time: Any, value: Any, poles: Array, first: float, rate: float, cou
 
 def _phi1(x: Array) -> Array:
     """Return (e^x - 1)/x."""
-    small = abs(x) < 1e-3
-    safe = np.where(small, 1.0, x)
-    return np.where(small, 1 + x / 2 + x**2 / 6 + x**3 / 24, np.expm1(safe) / safe)
+    is_small = abs(x) < 1e-3
+    safe = np.where(is_small, 1.0, x)
+    return np.where(is_small, 1 + x / 2 + x**2 / 6 + x**3 / 24, np.expm1(safe) / safe)
 
 
 def _phi2(x: Array) -> Array:
     """Return (e^x - 1 - x)/x^2."""
-    small = abs(x) < 1e-2
-    safe = np.where(small, 1.0, x)
+    is_small = abs(x) < 1e-2
+    safe = np.where(is_small, 1.0, x)
     series = 1 / 2 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720 + x**5 / 5040
-    return np.where(small, series, (np.expm1(safe) - safe) / safe**2)
+    return np.where(is_small, series, (np.expm1(safe) - safe) / safe**2)
 
 
 def cfc_coefficients(cfc: float, rate: float) -> tuple[Array, Array]:
@@ -364,20 +364,20 @@ def _sample_signal(
     time: Array, value: Array, sensor: Accelerometer, cfc: float | None, rate: float
 ) -> tuple[Array, Array]:
     """Return instants and values after the analogue low-pass, extended so that filters settle."""
-    room = filter_memory(cfc) if cfc is not None else 0.010
+    margin = filter_memory(cfc) if cfc is not None else 0.010
     poles = None
     if sensor.bandwidth is not None:
         poles = lowpass_poles(sensor.kind, sensor.order, sensor.bandwidth)
-        room = max(room, _MEMORY / float(np.min(-poles.real)))
-    before = int(np.ceil(room * rate)) + 1
+        margin = max(margin, _MEMORY / float(np.min(-poles.real)))
+    lead_samples = int(np.ceil(margin * rate)) + 1
     span = (time[-1] - time[0]) * rate
-    if not span + 2 * before < MOST_SAMPLES:
+    if not span + 2 * lead_samples < MOST_SAMPLES:
         raise QuantityError(
             f"sampling: {show(rate, 'Hz')} for {show(float(time[-1] - time[0]), 's')} gives more "
             f"than {MOST_SAMPLES} samples; use a lower rate"
         )
-    count = int(np.ceil(span)) + 2 * before + 1
-    first = float(time[0]) + (sensor.phase - before) / rate
+    count = int(np.ceil(span)) + 2 * lead_samples + 1
+    first = float(time[0]) + (sensor.phase - lead_samples) / rate
     if poles is None:
         instants = first + np.arange(count) / rate
         return instants, np.interp(instants, time, value)

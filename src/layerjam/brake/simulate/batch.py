@@ -4,8 +4,7 @@ import functools
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -19,7 +18,9 @@ from layerjam.brake.mechanics.friction import friction_per_contact
 from layerjam.brake.mechanics.law import compiled
 from layerjam.brake.mechanics.stop.algebra import NOT_A_CASE
 from layerjam.brake.mechanics.stop.exact import Stop, stop
+from layerjam.brake.simulate.batch_spread import BatchSpread
 from layerjam.brake.simulate.drop import OUTCOMES
+from layerjam.brake.simulate.sweep import Run, Sweep
 from layerjam.core.errors import (
     MissingExtraError,
     QuantityError,
@@ -66,8 +67,6 @@ QUICK = 16
 LARGEST = 4 << 30
 """Largest size of results in memory [bytes]; larger ones need a sink."""
 Sink = Callable[[int, Mapping[str, Array]], None]
-Run = Callable[[int, int, Mapping[str, Array]], None]
-"""Function that evaluates `count` flat cases, starting with `first`, into arrays of that length."""
 _NAMES = {
     "kg": "mass",
     "m/s": "speed end_speed",
@@ -79,20 +78,6 @@ _NAMES = {
     "J": "heat stored",
 }
 _UNITS = {name: unit for unit, names in _NAMES.items() for name in names.split()}
-
-
-@dataclass(frozen=True)
-class Sweep:
-    """One quantity of a batch: its dimension, its values and its stride over the flat grid."""
-
-    name: str
-    dimension: str | None
-    values: Array = field(repr=False)
-    stride: int = 1
-
-    def take_cases(self, cases: Array) -> Array:
-        """Return the values of the flat cases."""
-        return self.values[(cases // self.stride) % len(self.values)]
 
 
 def _refuse_commands(function: F) -> F:
@@ -124,6 +109,7 @@ def batch(
     out: Mapping[str, Array] | None = None,
     progress: Callable[[int, int], None] | None = None,
     block: int = 8192,
+    interval: Literal["next", "mean"] | None = None,
 ) -> "xarray.Dataset | int":
     """Evaluate a law of the mechanics on every combination of swept quantities; SI.
 
@@ -138,15 +124,15 @@ def batch(
     and the number of cases is returned. `wanted` selects results of the law; `out` provides arrays
     of float64 to reuse. `progress` is called with (done, all).
 
-    The values are those of the brake as given, without intervals: sweep a number of the brake for
-    its scatter, or use `drop`, `force` and `tensile`, which have intervals.
+    With `interval`, each result also has the ends NAME_low and NAME_high of the 95 % interval for
+    the next test, or for the mean of many, and `tested` marks cases within the tested range.
 
     Blocks of `block` cases run on all cores; the exact `stop` runs as one compiled loop.
     Raises QuantityError for arrays of mismatched shapes, and for more than 4 GiB without a sink.
     """
     if block < 1:
         raise QuantityError(f"block: {block} cases are not allowed; use 1 or more")
-    brake, fixed = _plain_brake(brake), dict(fixed or {})
+    file_or_name, brake, fixed = brake, _plain_brake(brake), dict(fixed or {})
     sweep = {**sweep, **{n: v for n, v in fixed.items() if _is_number(v) and n not in sweep}}
     fixed = {n: v for n, v in fixed.items() if n not in sweep or not _is_number(v)}
     sweeps = _lay_out_sweeps(law, sweep, fixed, brake)
@@ -154,9 +140,12 @@ def batch(
     total = math.prod(sizes.values())
     run, names, quick = _make_runner(law, sweeps, fixed, brake, block)
     results = tuple(out or names) if wanted is None else tuple(wanted)
-    for name in results:
-        if name not in names:
-            raise UnknownNameError("result of the law", name, names)
+    for name in set(results) - {*names}:
+        raise UnknownNameError("result of the law", name, names)
+    attributes = {}
+    if interval is not None:
+        spread = BatchSpread(law, file_or_name, sweeps, results, interval == "mean")
+        run, results, attributes = spread.extend(run), (*results, *spread.keys), spread.state()
     if sink is None and total * len(results) * 8 > LARGEST:
         raise QuantityError(
             f"batch: {total} cases with {len(results)} results each need "
@@ -176,7 +165,9 @@ def batch(
             first += count
             if progress is not None:
                 progress(first, total)
-    return total if sink is not None else _label_results(columns, sweeps, sizes, law.__name__)
+    if sink is not None:
+        return total
+    return _label_results(columns, sweeps, sizes, {"law": law.__name__, **attributes})
 
 
 def _run_share(run: Run, start: int, piece: Mapping[str, Array], first: int, last: int) -> None:
@@ -380,7 +371,10 @@ def _replace_field(record: Any, path: list[str], value: Any) -> Any:
 
 
 def _label_results(
-    columns: Mapping[str, Array], sweeps: list[Sweep], sizes: Mapping[Any, int], law: str
+    columns: Mapping[str, Array],
+    sweeps: list[Sweep],
+    sizes: Mapping[Any, int],
+    facts: Mapping[str, Any],
 ) -> "xarray.Dataset":
     with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
         import xarray
@@ -394,7 +388,8 @@ def _label_results(
     data = {}
     for name, values in columns.items():
         key = f"{name}_reached" if name in coordinates else name
-        attributes: dict[str, Any] = {"units": _UNITS.get(name, "")}
+        quantity = name.removesuffix("_low").removesuffix("_high")
+        attributes: dict[str, Any] = {"units": _UNITS.get(quantity, "")}
         if name == "outcome":
             attributes |= {
                 "flag_values": np.array([*OUTCOMES, NOT_A_CASE], np.float64),
@@ -402,4 +397,4 @@ def _label_results(
             }
         data[key] = (axes, values.reshape(shape), attributes)
     constants = {s.name: float(s.values[0]) for s in sweeps if not s.dimension}
-    return xarray.Dataset(data, coords=coordinates, attrs={"law": law, **constants})
+    return xarray.Dataset(data, coords=coordinates, attrs={**facts, **constants})

@@ -118,8 +118,8 @@ def integrate_line_along(
         return state_rates(state, drive_now, line)
 
     scale = np.maximum(np.abs(start), np.abs(start[CHAMBER]) * 1e-6)
-    span, least = (float(time[0]), float(time[-1])), 1e-10 * np.maximum(scale, 1e-6)
-    result: Any = solve_ivp(change, span, start, "LSODA", time, rtol=1e-9, atol=least)
+    span, tolerance = (float(time[0]), float(time[-1])), 1e-10 * np.maximum(scale, 1e-6)
+    result: Any = solve_ivp(change, span, start, "LSODA", time, rtol=1e-9, atol=tolerance)
     if not result.success:
         raise QuantityError(f"line: cannot be integrated along the stop: {result.message[:100]}")
     return Response(line=line, time=result.t, states=result.y.T)

@@ -64,18 +64,18 @@ def crash(record: DropRecord) -> Crash | None:
     stretch = float(record.displacement[-1] - record.slip[-1]) - brake_stretch
     speed = float(record.speed_of_mass[-1])
     # the weight minus the rope's force; in equilibrium the mass is `sag - stretch` lower
-    left = system.stiff * (sag - stretch)
+    force_left = system.stiff * (sag - stretch)
     if system.square <= 0:  # there is no swing, so sample densely within the damper's response time
-        slow = system.stiff / (system.decay + math.sqrt(-system.square))
-        after = np.append(0.0, np.geomspace(1e-9, 10.0, 4 * SAMPLES) / slow)
+        slow_rate = system.stiff / (system.decay + math.sqrt(-system.square))
+        swing_times = np.append(0.0, np.geomspace(1e-9, 10.0, 4 * SAMPLES) / slow_rate)
     else:
-        stands = standstill_time(mass, speed, rope, damping, left)
-        top = peak_time(mass, speed, system, left, stands)
-        after = np.unique(np.append(np.linspace(0.0, stands, SAMPLES), top))
-    place = displacement(after, stretch - sag, speed, system)
-    pace = displacement(after, speed, left - 2 * system.decay * speed, system)
+        stands = standstill_time(mass, speed, rope, damping, force_left)
+        top = peak_time(mass, speed, system, force_left, stands)
+        swing_times = np.unique(np.append(np.linspace(0.0, stands, SAMPLES), top))
+    place = displacement(swing_times, stretch - sag, speed, system)
+    pace = displacement(swing_times, speed, force_left - 2 * system.decay * speed, system)
     return Crash(
-        time=float(record.time[-1]) + after,
+        time=float(record.time[-1]) + swing_times,
         displacement=float(record.displacement[-1]) + place + sag - stretch,
         speed=pace,
         force=rope * (place + sag) + damping * pace,
@@ -84,15 +84,15 @@ def crash(record: DropRecord) -> Crash | None:
 
 def append_crash(record: DropRecord, motion: Crash) -> DropRecord:
     """Return the drop, extended by the motion after the end of the travel; the brake is still."""
-    after: dict[str, Array] = {
+    crash_columns: dict[str, Array] = {
         "time": motion.time,
         "displacement": motion.displacement,
         "speed_of_mass": motion.speed,
         "force": motion.force,
     }
     for name in ("slip", "vacuum_in_time", "dissipated_energy"):
-        after[name] = np.full(len(motion.time), getattr(record, name)[-1])
+        crash_columns[name] = np.full(len(motion.time), getattr(record, name)[-1])
     columns: dict[str, Any] = {
-        name: np.append(getattr(record, name), column[1:]) for name, column in after.items()
+        name: np.append(getattr(record, name), column[1:]) for name, column in crash_columns.items()
     }
     return evolve(record, **columns)

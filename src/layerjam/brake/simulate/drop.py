@@ -10,10 +10,11 @@ import numpy as np
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
-from layerjam.brake.mechanics.effects import depends_on_speed, has_single_modulus
+from layerjam.brake.mechanics.effects import has_single_modulus
 from layerjam.brake.mechanics.enclosure import enclosure_law
 from layerjam.brake.mechanics.energy import slip_heat
 from layerjam.brake.mechanics.pull import brake_force, least_stiffness, peak
+from layerjam.brake.mechanics.speed_effects import depends_on_speed
 from layerjam.brake.mechanics.stop.exact import (
     BOTTOMED_OUT,
     NEVER_SLID,
@@ -145,15 +146,15 @@ def make_record(
     """
     brake = file.brake
     if result.outcome is Outcome.SNAPS:
-        least = float(least_stiffness(vacuum, brake))
+        min_stiffness = float(least_stiffness(vacuum, brake))
         is_damped = inputs.get("rope_damping")
         springs = "the brake has" if is_damped else "rope and brake together have"
         reason = (
             f"{springs} a stiffness of {show(spring, 'N/m')}; at a slip of {show(result.slip, 'm')}"
             " the force of the sliding brake falls faster than that, and the brake snaps. With at "
-            f"least {show(least, 'N/m')} it cannot snap at any slip"
+            f"least {show(min_stiffness, 'N/m')} it cannot snap at any slip"
         )
-        result = result._replace(reason=reason, least_stiffness=least)
+        result = result._replace(reason=reason, least_stiffness=min_stiffness)
     warnings = make_notices((*before, *_stop_warnings(result, brake), *after))
     record = DropRecord(
         **columns,
@@ -195,8 +196,8 @@ def _compute_columns(
     """Return a DropRecord's columns: elastic, equally spaced in time, then the slide to `end`."""
     case = (mass, speed, vacuum, spring, gravity, brake)
     paced = end > 0 and depends_on_speed(brake)
-    slides = end > 0 and not paced
-    slid = _slip_samples(end, vacuum, brake) if slides else np.zeros(SAMPLES)
+    is_sliding = end > 0 and not paced
+    slid = _slip_samples(end, vacuum, brake) if is_sliding else np.zeros(SAMPLES)
     if paced:
         first = float(stop_course(*case)[0])
     else:
@@ -209,7 +210,7 @@ def _compute_columns(
     moving = sag * omega * np.sin(omega * time) + speed * np.cos(omega * time)
     slip = np.zeros_like(time)
     force, heat = spring * travel, np.zeros_like(time)
-    if slides:
+    if is_sliding:
         time, moving = np.append(time, times[1:]), np.append(moving, speeds[1:])
         travel = np.append(travel, slid + forces[1:] / spring)
         slip, force = np.append(slip, slid), np.append(force, forces[1:])
@@ -270,8 +271,8 @@ def _slip_samples(end: float, vacuum: float, brake: Brake) -> Array:
     compile once.
     """
     if not has_single_modulus(brake):
-        slip_at_peak, _, inside = first_peak(vacuum, brake)
-        top = float(slip_at_peak) if inside else 0.0
+        slip_at_peak, _, is_inside = first_peak(vacuum, brake)
+        top = float(slip_at_peak) if is_inside else 0.0
     else:
         top = float(peak(vacuum, brake.sheets.usable_travel, brake).slip)
     peaks = [top / end] if 0 < top < end else []

@@ -10,14 +10,14 @@ from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.device.mount import Rope, Site
 from layerjam.brake.mechanics.arrays import map_leaves, repeat_while, xp
-from layerjam.brake.mechanics.effects import (
+from layerjam.brake.mechanics.hysteresis import make_setting
+from layerjam.brake.mechanics.law import compiled
+from layerjam.brake.mechanics.slip_effects import friction_force
+from layerjam.brake.mechanics.speed_effects import (
     depends_on_speed,
     has_speed_effects,
     remove_idle_speed_law,
 )
-from layerjam.brake.mechanics.fan import fan_force
-from layerjam.brake.mechanics.hysteresis import make_setting
-from layerjam.brake.mechanics.law import compiled
 from layerjam.brake.mechanics.stop.motion import (
     CLOSED,
     LONGEST,
@@ -88,13 +88,13 @@ class _Case(NamedTuple):
     brake: Brake
 
 
-def _next_step(motion: Motion, until: Any, dt: Any, case: _Case) -> Any:
+def _next_step(motion: Motion, end_time: Any, dt: Any, case: _Case) -> Any:
     """Return the next step [s]: `dt`, or the time to the end or next sample if that is less.
 
     A change of the vacuum by more than a hundredth between two samples is divided further if `dt`
     is halved, even if it is shorter than `dt`. Halving then shows its error.
     """
-    step, vacuum = xp.minimum(dt, until - motion.time), case.vacuum
+    step, vacuum = xp.minimum(dt, end_time - motion.time), case.vacuum
     if vacuum.time is None:
         return step
     # a time slightly before a sample counts as that of the sample
@@ -114,9 +114,9 @@ def _first_step(load: Load) -> Any:
 
 
 @compiled
-def _march_motion(motion: Motion, max_steps: Any, until: Any, dt: Any, case: _Case) -> Motion:
+def _march_motion(motion: Motion, max_steps: Any, end_time: Any, dt: Any, case: _Case) -> Motion:
     """Return the state at the next event, or after some number of steps, or at a time [s]."""
-    last = until - 1e-9 * dt
+    last = end_time - 1e-9 * dt
 
     def continues(state: tuple[Any, Motion]) -> Any:
         count, current = state
@@ -124,18 +124,22 @@ def _march_motion(motion: Motion, max_steps: Any, until: Any, dt: Any, case: _Ca
 
     def advance(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
         current = state[1]
-        return state[0] + 1, advance_step(current, _next_step(current, until, dt, case), *case[1:])
+        return state[0] + 1, advance_step(
+            current, _next_step(current, end_time, dt, case), *case[1:]
+        )
 
     return repeat_while(continues, advance, (xp.asarray(0), motion))[1]
 
 
 @compiled
-def _next_event(motion: Motion, until: Any, dt: Any, case: _Case) -> Motion:
-    return go_to_event(motion, _next_step(motion, until, dt, case), *case[1:])
+def _next_event(motion: Motion, end_time: Any, dt: Any, case: _Case) -> Motion:
+    return go_to_event(motion, _next_step(motion, end_time, dt, case), *case[1:])
 
 
-def _find_event(case: _Case, dt: float, until: float) -> Motion:
-    return _next_event(_march_motion(case.start, MOST_STEPS, until, dt, case), until, dt, case)
+def _find_event(case: _Case, dt: float, end_time: float) -> Motion:
+    return _next_event(
+        _march_motion(case.start, MOST_STEPS, end_time, dt, case), end_time, dt, case
+    )
 
 
 def drop_in_time(
@@ -190,8 +194,10 @@ def drop_in_time(
     columns |= {"time": np.minimum(time, until), "vacuum_in_time": pressures}
     inputs |= {"vacuum": first, "step": dt}
     spring = float(case.load.spring)
-    after = [*warnings, *_speed_notices(file, states, None if step or warnings else CLOSE)]
-    return make_record(file, result, spring, at_event, columns, inputs, before=remarks, after=after)
+    notices = [*warnings, *_speed_notices(file, states, None if step or warnings else CLOSE)]
+    return make_record(
+        file, result, spring, at_event, columns, inputs, before=remarks, after=notices
+    )
 
 
 def _first_vacuum(vacuum: float | History) -> float:
@@ -218,16 +224,16 @@ def _make_case(
 
 
 def repeat_stop(
-    brake: Brake, record: DropRecord, vacuum: float | History, step: float, until: float
+    brake: Brake, record: DropRecord, vacuum: float | History, step: float, end_time: float
 ) -> TimedStop:
-    """Return the first standstill, within `until` [s], of the stop of a record with other numbers.
+    """Return the first standstill, by `end_time` [s], of the stop of a record with other numbers.
 
     `brake` and `vacuum` [Pa] replace those of the record; `step` [s] is that of the integration.
     """
     brake = remove_idle_speed_law(brake)
     ways: Any = (record.gravity, vacuum, record.rope_stiffness, record.rope_damping)
     case = _make_case(brake, record.mass, record.speed, *ways)
-    event = _find_event(case, step, until)
+    event = _find_event(case, step, end_time)
     return _make_stop(event, event, case)
 
 
@@ -238,63 +244,65 @@ def _speed_notices(file: BrakeFile, states: list[Motion], error: float | None) -
     return list_stop_notices(file, max(float(state.pace) for state in states), error)
 
 
-def _choose_step(case: _Case, step: float | None, until: float) -> tuple[float, Motion, list[str]]:
+def _choose_step(
+    case: _Case, step: float | None, end_time: float
+) -> tuple[float, Motion, list[str]]:
     """Return the step [s], the first event with it, and a warning if the step is still too long."""
     if step is not None:
-        return step, _find_event(case, step, until), []
+        return step, _find_event(case, step, end_time), []
     dt = float(_first_step(case.load))
-    before = _find_event(case, dt, until)
+    event_time = _find_event(case, dt, end_time)
     change = last = math.inf
     for halving in range(MOST_HALVINGS):
         dt /= 2
-        event = _find_event(case, dt, until)
-        if bool(event.outcome == MOVING) and math.isinf(until):
+        event = _find_event(case, dt, end_time)
+        if bool(event.outcome == MOVING) and math.isinf(end_time):
             return dt, event, []
         change = max(
-            abs(float(getattr(event, name) - getattr(before, name)))
+            abs(float(getattr(event, name) - getattr(event_time, name)))
             / max(float(getattr(event, name)), 1e-9)
             for name in ("slip", "time")
         )
         # extrapolate the remaining error, which is at best of second order
         ratio = min(last / change, 4.0) if change else 4.0
-        before, last = event, change
+        event_time, last = event, change
         if change <= CLOSE or (ratio > 2.5 and change <= CLOSE * (ratio - 1)):
             return dt, event, []
         if halving > 2 and ratio < 1.2:
             break
     words = f"steps of {show(dt, 's')} give slip and time with a relative error of {change:.1e}"
-    return dt, before, [words]
+    return dt, event_time, [words]
 
 
 def _follow_motion(
-    case: _Case, dt: float, until: float, event: Motion, progress: Callable[[float], None] | None
+    case: _Case, dt: float, end_time: float, event: Motion, progress: Callable[[float], None] | None
 ) -> list[Motion]:
-    """Return states along the run, through every standstill up to a finite `until` [s]."""
-    span = float(event.time) if math.isinf(until) else until
+    """Return states along the run, through every standstill up to a finite `end_time` [s]."""
+    span = float(event.time) if math.isinf(end_time) else end_time
     stride = max(1, math.ceil(span / dt / SAMPLES))
     states, state = [case.start], case.start
     while True:
-        state = _march_motion(state, stride, until, dt, case)
-        if math.isfinite(until) and _is_hanging(state, case):
+        state = _march_motion(state, stride, end_time, dt, case)
+        if math.isfinite(end_time) and _is_hanging(state, case):
             # at rest the state stays the same, bit for bit
-            states += [state, state._replace(time=np.float64(until))]
+            states += [state, state._replace(time=np.float64(end_time))]
             if progress is not None:
-                progress(until)
+                progress(end_time)
             return states
         if float(state.time) > float(states[-1].time):
             states.append(state)
         if progress is not None:
-            progress(min(float(state.time), until))
-        if float(state.time) >= until - 1e-9 * dt:
+            progress(min(float(state.time), end_time))
+        if float(state.time) >= end_time - 1e-9 * dt:
             return states
         if int(state.outcome) == MOVING:
             continue
-        state = _next_event(state, until, dt, case)
+        state = _next_event(state, end_time, dt, case)
         if float(state.time) > float(states[-1].time):
             states.append(state)
         else:
             states[-1] = state
-        if math.isinf(until) or int(state.outcome) != STANDSTILL:
+        if math.isinf(end_time) or int(state.outcome) != STANDSTILL:
             return states
         state = state._replace(outcome=xp.zeros_like(state.outcome))
 
@@ -329,7 +337,7 @@ def _is_hanging(state: Motion, case: _Case) -> bool:
     energy = load.mass * state.speed**2 + (state.force - weight) ** 2 / load.spring
     setting = make_setting(state.vacuum, load.spring, case.brake)
     strip = memory_force(state, setting.enclosure)
-    hold = float(fan_force(state.slip, rest_setting(setting)) + strip)
+    hold = float(friction_force(state.slip, rest_setting(setting)) + strip)
     return float(energy) <= STILL * weight**2 / float(load.spring) and hold > weight * (1 + 1e-6)
 
 
@@ -358,8 +366,9 @@ def _changing_history(vacuum: float | History, atmosphere: float) -> History | N
 
 def _pad_history(history: History) -> Vacuum:
     """Return samples of a history, padded to a power of two so that few lengths compile."""
-    extra = (1 << max(4, math.ceil(math.log2(len(history.time))))) - len(history.time)
-    late = history.time[-1] + np.arange(1, extra + 1) * max(1.0, abs(history.time[-1]))
+    padding = (1 << max(4, math.ceil(math.log2(len(history.time))))) - len(history.time)
+    later_times = history.time[-1] + np.arange(1, padding + 1) * max(1.0, abs(history.time[-1]))
     return Vacuum(
-        np.append(history.vacuum, np.full(extra, history.vacuum[-1])), np.append(history.time, late)
+        np.append(history.vacuum, np.full(padding, history.vacuum[-1])),
+        np.append(history.time, later_times),
     )

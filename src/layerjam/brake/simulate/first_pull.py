@@ -7,14 +7,19 @@ import numpy as np
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import xp
 from layerjam.brake.mechanics.cycle import Cycle
-from layerjam.brake.mechanics.effects import depends_on_speed
 from layerjam.brake.mechanics.enclosure import enclosure_force
 from layerjam.brake.mechanics.energy import sheet_work
-from layerjam.brake.mechanics.fan import Sheets, fan_force, fan_tangent, solve_fan
 from layerjam.brake.mechanics.friction import sheet_law
 from layerjam.brake.mechanics.hyperelastic import largest_slip, make_strip
 from layerjam.brake.mechanics.law import law
 from layerjam.brake.mechanics.pull import least_stiffness, slip_at_elongation
+from layerjam.brake.mechanics.slip_effects import (
+    Sheets,
+    find_equilibrium,
+    friction_force,
+    friction_tangent,
+)
+from layerjam.brake.mechanics.speed_effects import depends_on_speed
 from layerjam.brake.mechanics.stiffness import working_stiffness
 from layerjam.core.errors import ProcedureError, QuantityError
 from layerjam.core.units import show
@@ -59,12 +64,12 @@ def first_peak(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     def top(line: Sheets) -> Any:
         return strip.point_at(xp.minimum(strain(line), limit)).slip
 
-    slip = solve_fan(top, 0.0 * vacuum, sheets)
-    end = strain(fan_tangent(slip, sheets))
+    slip = find_equilibrium(top, 0.0 * vacuum, sheets)
+    end = strain(friction_tangent(slip, sheets))
     state = strip.point_at(xp.minimum(end, limit))
     is_inside = (end < limit) & (state.force < 2 * strip.friction * strip.reach)
     is_inside = is_inside & (state.slip < brake.sheets.overlap)
-    return state.slip, fan_force(state.slip, sheets) + state.force, is_inside
+    return state.slip, friction_force(state.slip, sheets) + state.force, is_inside
 
 
 @law
@@ -75,7 +80,7 @@ def first_events(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     """
     k, overlap = working_stiffness(brake), brake.sheets.overlap
     slip, force, inside = first_peak(vacuum, brake)
-    onset = fan_force(0.0, sheet_law(vacuum, brake)) / k
+    onset = friction_force(0.0, sheet_law(vacuum, brake)) / k
     # beyond the fitted strain there is no separation, because the pull fails first
     separation = overlap + enclosure_force(overlap, vacuum, brake) / k
     separation = xp.where(xp.isnan(separation), overlap + onset, separation)

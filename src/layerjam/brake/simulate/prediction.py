@@ -8,7 +8,7 @@ deviation takes every quantile once, so intervals need few samples and never cha
 import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from statistics import NormalDist
 from typing import Any, NamedTuple
 
@@ -28,11 +28,12 @@ from layerjam.brake.device.spread import (
     list_unknowns,
 )
 from layerjam.brake.mechanics.arrays import xp
-from layerjam.brake.mechanics.effects import depends_on_speed
+from layerjam.brake.mechanics.enclosure import enclosure_stretch
+from layerjam.brake.mechanics.speed_effects import depends_on_speed
 from layerjam.brake.mechanics.stiffness import working_stiffness
 from layerjam.core.errors import Notice
 from layerjam.core.evolve import evolve
-from layerjam.core.units import QuantitySpec, show
+from layerjam.core.units import show
 
 Array = npt.NDArray[np.float64]
 LEVEL = 0.95
@@ -81,13 +82,11 @@ class Basis:
     """Basis of a prediction, as a word: `tested`, `extrapolated` or `handbook`.
 
     `extrapolations` lists the conditions outside the tested range; `reason` explains the word.
-    `change` is a sentence on the changes since the tests, or empty.
     """
 
     word: str
     reason: str = ""
     extrapolations: tuple[Extrapolation, ...] = ()
-    change: str = ""
 
     def sentence(self) -> str:
         """Return the word with its reason."""
@@ -137,26 +136,25 @@ class Prediction:
     @functools.cached_property
     def basis(self) -> Basis:
         """Basis of the prediction."""
-        fit = self.file.valid_evidence("calibrate")
+        fit, specimens = (self.file.valid_evidence(c) for c in ("calibrate", "enclosure"))
+        ranges = list(_find_beyond(self._conditions, fit))
+        # pulls of the brake stretch its enclosure too
+        if fit is None or any(extrapolation.quantity == "slip" for extrapolation in ranges):
+            ranges += _find_beyond({"strain": self._find_strain(specimens)}, specimens)
+        cases = tuple(ranges)
+        reasons = "; ".join(b.sentence() for b in cases)
         if fit is None:
-            return _find_handbook_basis(self.file)
-        extrapolations = tuple(self._find_conditions_beyond(fit))
-        reasons = "; ".join(b.sentence() for b in extrapolations)
-        return Basis("extrapolated", reasons, extrapolations) if extrapolations else Basis("tested")
+            basis = _find_handbook_basis(self.file)
+            reason = "; ".join(filter(None, (basis.reason, reasons)))
+            return replace(basis, reason=reason, extrapolations=cases)
+        return Basis("extrapolated", reasons, cases) if cases else Basis("tested")
 
-    def _find_conditions_beyond(self, fit: Evidence) -> Iterator[Extrapolation]:
-        for name, value in self._conditions.items():
-            span = fit.ranges.get(name)
-            if value is None or span is None or not np.isfinite(value).any():
-                continue
-            low, high = span
-            for end, is_beyond in (
-                (float(np.nanmin(value)), np.nanmin(value) < low * (1 - TOLERANCE)),
-                (float(np.nanmax(value)), np.nanmax(value) > high * (1 + TOLERANCE)),
-            ):
-                if is_beyond:
-                    yield Extrapolation(name, end, low, high)
-                    break
+    def _find_strain(self, specimens: Evidence | None) -> Array | None:
+        """Return the strain at the enclosure's end; None without tests of it, or slip or vacuum."""
+        if specimens is None or self.vacuum is None or self.slip is None:
+            return None
+        brake = self.device or self.file.brake
+        return np.asarray(enclosure_stretch(self.slip, self.vacuum, brake))
 
     def is_tested(self) -> Any:
         """Return where the conditions lie within the tested range; True without tests."""
@@ -250,8 +248,7 @@ class Prediction:
 
     def notices(self) -> list[Notice]:
         """Return a notice if the brake is no longer the one that was tested."""
-        sentence = self.basis.change
-        return [Notice(sentence, "changed-since-tests")] if sentence else []
+        return list(self.file.change_notices())
 
     def state(self, **values: Any) -> dict[str, Any]:
         """Return the fields of a `PredictionResult`, from samples of its numbers by name."""
@@ -263,6 +260,23 @@ class Prediction:
         }
 
 
+def _find_beyond(
+    conditions: Mapping[str, float | Array | None], tests: Evidence | None
+) -> Iterator[Extrapolation]:
+    """Yield the conditions {quantity: value} outside the range of some tests."""
+    for name, (low, high) in ({} if tests is None else tests.ranges).items():
+        value = conditions.get(name)
+        if value is None or not np.isfinite(value).any():
+            continue
+        for end, is_beyond in (
+            (float(np.nanmin(value)), np.nanmin(value) < low * (1 - TOLERANCE)),
+            (float(np.nanmax(value)), np.nanmax(value) > high * (1 + TOLERANCE)),
+        ):
+            if is_beyond:
+                yield Extrapolation(name, end, low, high)
+                break
+
+
 def _finite(end: Any) -> Any:
     """Return an end of an interval as a number, None or an array."""
     if np.ndim(end):
@@ -272,32 +286,14 @@ def _finite(end: Any) -> Any:
 
 def _find_handbook_basis(file: BrakeFile) -> Basis:
     """Return the basis of a brake without valid tests, with what changed since the last ones."""
-    for entry in file.outdated_evidence:
-        if entry.command == "calibrate":
-            changes = entry.find_changes(file.known_values)
-            texts = [_describe_change(path, *ends) for path, ends in changes.items()]
-            remainder = f" and {len(texts) - 3} more" if len(texts) > 3 else ""
-            sentence = (
-                f"{file.name} was calibrated on {entry.date} and changed since: "
-                f"{', '.join(texts[:3])}{remainder}; calibrate it again"
-            )
-            return Basis("handbook", "changed since its tests", change=sentence)
+    if file.is_changed:
+        return Basis("handbook", "changed since its tests")
     if file.is_calibrated and file.sources["scale_factor"].kind in ("calibrated", "synthetic"):
         reason = "the file does not state where it was tested; calibrate it again"
         return Basis("handbook", reason)
     if file.valid_evidence("friction") is not None:
         return Basis("handbook", "only the friction of its film was tested, no pull of the brake")
     return Basis("handbook", "no test of this brake")
-
-
-def _describe_change(path: str, test_value: Any, current_value: Any) -> str:
-    def text(value: Any) -> str:
-        if value is None or isinstance(value, str | bool):
-            return "not stated" if value is None else str(value).lower()
-        spec = BrakeFile.fields[path].spec
-        return show(value, spec.unit if isinstance(spec, QuantitySpec) else "1")
-
-    return f"{path} was {text(test_value)}, is {text(current_value)}"
 
 
 @functools.lru_cache(4)
@@ -325,6 +321,12 @@ def _tabulate_quantiles(count: int, degrees: float) -> Array:
 
         return np.asarray(stdtrit(degrees, levels))
     return np.array([NormalDist().inv_cdf(level) for level in levels])
+
+
+def log_normal(normal: Array, mean: float, sd: float) -> Array:
+    """Return the values of a log-normal quantity for values of a standard normal one."""
+    width = np.sqrt(np.log1p((sd / mean) ** 2)) if sd else 0.0
+    return np.asarray(mean * np.exp(width * normal - width**2 / 2))
 
 
 def change_numbers(brake: Brake, deviations: Deviations | None) -> Brake:

@@ -1,19 +1,24 @@
-"""Scatter of a lumped pull: its numbers for samples of the brake's uncertain numbers.
+"""Scatter of a pull: its numbers for samples of the brake's uncertain numbers.
 
-For one pull from rest at constant vacuum, laws solve all samples at once. Other procedures are
-repeated for a few brakes, and interpolated for the samples.
+For one lumped pull from rest at constant vacuum, laws solve all samples at once. Other procedures,
+and pulls sheet by sheet, are repeated for a few brakes, and interpolated for the samples.
 """
 
-from typing import Any
+import functools
+import math
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
-from layerjam.brake.mechanics.effects import fix_speed, has_single_modulus
+from layerjam.brake.mechanics.effects import has_single_modulus
 from layerjam.brake.mechanics.energy import slip_heat, slip_work
 from layerjam.brake.mechanics.pull import brake_force, force_at_elongation, peak, slip_at_elongation
+from layerjam.brake.mechanics.speed_effects import fix_speed
 from layerjam.brake.mechanics.stiffness import working_stiffness
 from layerjam.brake.simulate.prediction import Prediction
 from layerjam.brake.simulate.procedure import Evacuate, Procedure, Pull, Return, parse_procedure
@@ -23,8 +28,18 @@ from layerjam.brake.simulate.tensile import tensile
 from layerjam.core.evolve import evolve
 
 Array = npt.NDArray[np.float64]
-BAND, BAND_SAMPLES = 160, 400
-"""Number of elongations and of samples of a band."""
+BAND_POINTS, BAND_SAMPLES = 24, 400
+"""Number of elongations in each of three parts of a band, and of samples of the brake."""
+
+
+class PullBand(NamedTuple):
+    """95 % interval of the force of the next pull [N], at some elongations [m]."""
+
+    elongation: Array
+    low: Array
+    high: Array
+    tested_end: float
+    """Elongation up to which tests cover the pull [m]: 0, or infinite for all of it."""
 
 
 def pull_numbers(record: TensileRecord) -> dict[str, Any]:
@@ -46,11 +61,14 @@ def spread_pull(
     *,
     leak_time: float | None = None,
     of_mean: bool = False,
+    pull: Callable[[BrakeFile], TensileRecord] | None = None,
+    has_static: bool = False,
 ) -> tuple[Prediction, dict[str, Array]]:
     """Return the prediction of a pull with its numbers for all samples, by `pull_numbers`.
 
-    `leak_time` [s] is that of the record. A sample that snaps has infinite numbers; there are none
-    if the record itself snaps.
+    `leak_time` [s] is that of the record. `pull` repeats a pull sheet by sheet, `has_static` if it
+    has static friction. A sample that snaps has infinite numbers; there are none if the record
+    itself snaps.
     """
     speeds = [step.speed for step in procedure.steps if isinstance(step, Pull | Return)]
     pace, vacuum = max(speeds, default=0.0), procedure.highest_vacuum()
@@ -59,25 +77,25 @@ def spread_pull(
     prediction = Prediction(file, vacuum, slip, pace, device=device, of_mean=of_mean)
     if record.outcome is Outcome.SNAPS:
         return prediction, {}
-    single = _find_single_pull(procedure) if leak_time is None else None
+    is_lumped = pull is None and leak_time is None
+    single = _find_single_pull(procedure) if is_lumped else None
     if single is not None and has_single_modulus(device):
         return prediction, _solve_samples(prediction, single.until, vacuum)
 
+    repeat = pull or functools.partial(tensile, procedure=procedure, leak_time=leak_time)
+
     def run(brake: Brake) -> dict[str, float]:
-        repetition = tensile(evolve(file, brake=brake), procedure, leak_time=leak_time)
+        repetition = repeat(evolve(file, brake=brake))
         numbers = pull_numbers(repetition)
         snaps = repetition.outcome is Outcome.SNAPS
         return dict.fromkeys(numbers, np.inf) if snaps else numbers
 
-    samples = interpolate_samples(evolve(prediction, device=None), run)
+    samples = interpolate_samples(evolve(prediction, device=None), run, has_static)
     return prediction, {name: np.maximum(values, 0.0) for name, values in samples.items()}
 
 
-def find_pull_band(record: TensileRecord) -> tuple[Array, Array, Array, bool] | None:
-    """Return elongations [m], the ends of the force's 95 % interval [N], and whether it is tested.
-
-    None except for one lumped pull from rest at constant vacuum.
-    """
+def find_pull_band(record: TensileRecord) -> PullBand | None:
+    """Return the band of a pull; None except for one lumped pull at constant vacuum from rest."""
     procedure = parse_procedure(record.procedure)
     single, vacuum = _find_single_pull(procedure), procedure.highest_vacuum()
     if single is None or record.model != "lumped" or np.ptp(record.vacuum):
@@ -85,15 +103,28 @@ def find_pull_band(record: TensileRecord) -> tuple[Array, Array, Array, bool] | 
     device = fix_speed(single.speed, record.brake.brake)
     if not has_single_modulus(device) or not len(record.elongation):
         return None
-    end = float(record.elongation[-1])
-    # the force has a kink at the peak
-    elongation = end * np.linspace(0.0, 1.0, BAND) ** 2
-    slip = float(record.slip.max())
-    conditions = Prediction(record.brake, vacuum, slip, single.speed)
-    prediction = evolve(conditions, slip=elongation, device=device, samples=BAND_SAMPLES)
-    force = force_at_elongation(elongation, vacuum, prediction.brakes)
-    ends = prediction.interval(force)
-    return elongation, ends["low"], ends["high"], bool(conditions.is_tested())
+    u = np.asarray(record.elongation, float)
+    top = float(u[int(np.argmax(record.force))])
+    # include the peak itself, where the force has a kink, with more points near it than beyond
+    ends = 0.0, top, min(2 * top, (top + u[-1]) / 2), u[-1]
+    parts = [np.linspace(a, b, BAND_POINTS, endpoint=False) for a, b in pairwise(ends)]
+    elongation = np.concatenate((*parts, u[-1:]))
+    slip = np.interp(elongation, u, record.slip)
+    conditions = (vacuum, slip, single.speed, device)
+    prediction = Prediction(record.brake, *conditions, samples=BAND_SAMPLES)
+    interval = prediction.interval(force_at_elongation(elongation, vacuum, prediction.brakes))
+    end = _find_tested_part(prediction, elongation, slip)
+    return PullBand(elongation, interval["low"], interval["high"], end)
+
+
+def _find_tested_part(prediction: Prediction, elongation: Array, slip: Array) -> float:
+    """Return the elongation [m] up to which the conditions of a pull were tested."""
+    if prediction.basis.word != "extrapolated":
+        return math.inf
+    ends = {e.quantity: e.high for e in prediction.basis.extrapolations}
+    if set(ends) - {"slip", "strain"}:
+        return 0.0
+    return float(elongation[slip <= ends["slip"]].max(initial=0.0))
 
 
 def _find_single_pull(procedure: Procedure) -> Pull | None:

@@ -14,28 +14,29 @@ Array = npt.NDArray[np.float64]
 FRICTION_LEVELS = (0.005, 0.025, 0.5, 0.975, 0.995)
 """Quantiles of the friction at which a run is repeated."""
 LEVELS = (0.025, 0.5, 0.975)
-"""Quantiles of stiffness and enclosure force at which it is repeated."""
+"""Quantiles of stiffness, enclosure force and static friction at which it is repeated."""
 
 
 def interpolate_samples(
-    prediction: Prediction, run: Callable[[Brake], Mapping[str, float]]
+    prediction: Prediction, run: Callable[[Brake], Mapping[str, float]], has_static: bool = False
 ) -> dict[str, Array]:
     """Return the numbers of all samples from runs with a few values of each uncertain number.
 
     `run` returns the numbers {key: value in SI} of a brake, infinite if the run has none. Friction,
     stiffness and enclosure force each change while the others have their median, and the changes
-    add up.
+    add up. With `has_static`, the ratio of static to kinetic friction changes too.
     """
     base, moves = prediction.device or prediction.file.brake, prediction.deviations
     logs = {
         "scale_factor": moves.scale_factor + moves.kinetic,
         "stiffness_measured": moves.stiffness_measured,
         "enclosure_force": moves.enclosure_force,
+        "static": (moves.static - moves.kinetic) * has_static,
     }
     middle = {name: float(np.median(values)) for name, values in logs.items()}
 
     def find_numbers(changes: Mapping[str, float]) -> Mapping[str, float]:
-        sample_brake = change_numbers(base, Deviations(**changes, static=0.0, kinetic=0.0))
+        sample_brake = change_numbers(base, Deviations(**changes, kinetic=0.0))
         return run(map_leaves(_to_float, sample_brake))
 
     usual = find_numbers(middle)

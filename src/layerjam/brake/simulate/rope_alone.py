@@ -78,10 +78,10 @@ def displacement(time: Any, start: float, slope: float, osc: Oscillator) -> Any:
         shape = start * np.cos(swing * time) + push * time * np.sinc(swing * time / np.pi)
         return np.exp(-osc.decay * time) * shape
     split = math.sqrt(-osc.square)
-    slow = osc.stiff / (osc.decay + split)
-    fast = np.exp(-2 * split * time)
+    slow_rate = osc.stiff / (osc.decay + split)
+    fast_decay = np.exp(-2 * split * time)
     rise = time if split == 0 else -np.expm1(-2 * split * time) / (2 * split)
-    return np.exp(-slow * time) * (start * (1 + fast) / 2 + push * rise)
+    return np.exp(-slow_rate * time) * (start * (1 + fast_decay) / 2 + push * rise)
 
 
 def standstill_time(
@@ -115,13 +115,13 @@ def peak_time(mass: float, speed: float, osc: Oscillator, gravity: float, end: f
         return 0.0
     split = math.sqrt(-osc.square)
     # speed = A e^(-slow t) + B e^(-fast t); the jerk crosses zero once if B < 0 < A
-    slow = osc.stiff / (osc.decay + split)
+    slow_rate = osc.stiff / (osc.decay + split)
     margin = gravity - (osc.decay + split) * speed
     if margin <= 0:
         return 0.0
     if split == 0:
         return max(2 / osc.decay - speed / margin, 0.0)
-    ratio = math.log(margin / (gravity - slow * speed)) / (2 * split)
+    ratio = math.log(margin / (gravity - slow_rate * speed)) / (2 * split)
     return max(ratio + 2 * math.atanh(split / osc.decay) / split, 0.0)
 
 
@@ -165,19 +165,19 @@ def simulate_bare_drop(
     """
     osc = make_oscillator(mass, spring, damping)
     # long enough for the rope to become slack (half a swing and the return) or the motion to fade
-    slow = osc.decay if osc.square > 0 else osc.stiff / (osc.decay + math.sqrt(-osc.square))
-    fades = math.inf if slow == 0 else -math.log(FADED) / slow
+    slow_rate = osc.decay if osc.square > 0 else osc.stiff / (osc.decay + math.sqrt(-osc.square))
+    fades = math.inf if slow_rate == 0 else -math.log(FADED) / slow_rate
     period = math.inf if osc.square <= 0 else 2 * math.pi / math.sqrt(osc.square)
     last = min(fades + 4 / math.sqrt(osc.stiff), period)
     # sample densely within the damper's response time, even if it is short
-    fine = np.append(np.linspace(0, 1, SAMPLES)[1:-1], np.geomspace(1e-12, 1, SAMPLES))
-    time = np.append(0.0, np.unique(fine) * last)
+    fractions = np.append(np.linspace(0, 1, SAMPLES)[1:-1], np.geomspace(1e-12, 1, SAMPLES))
+    time = np.append(0.0, np.unique(fractions) * last)
     force = _rope_force(time, mass, speed, osc, gravity)
-    below = np.flatnonzero(force[1:] <= 0)
-    if len(below):
-        index = int(below[0]) + 1
-        before = force[index - 1]
-        share = before / (before - force[index]) if before > force[index] else 1.0
+    slack_indices = np.flatnonzero(force[1:] <= 0)
+    if len(slack_indices):
+        index = int(slack_indices[0]) + 1
+        force_before = force[index - 1]
+        share = force_before / (force_before - force[index]) if force_before > force[index] else 1.0
         slack = time[index - 1] + share * (time[index] - time[index - 1])
         time, force = np.append(time[:index], slack), np.append(force[:index], 0.0)
     keep = np.append(True, np.diff(time) > 0)
@@ -189,5 +189,4 @@ def simulate_bare_drop(
     return BareDrop(time, force / mass, site, drop, mass, gravity)
 
 
-felt = simulate_bare_drop  # former name
 damped_rope_only = simulate_damped_rope

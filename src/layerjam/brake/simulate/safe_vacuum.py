@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.brake.mechanics.effects import depends_on_speed
+from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.mechanics.speed_effects import depends_on_speed
 from layerjam.brake.mechanics.stop.exact import NEVER_SLID, STOPPED, stop
 from layerjam.brake.mechanics.stop.motion import rope_spring
 from layerjam.brake.mechanics.stop.tune import tuned_stop
@@ -37,6 +38,14 @@ def count_samples(case: Case) -> int:
     return FEW if depends_on_speed(case.brake) else DECISION_SAMPLES
 
 
+def predict_decision(file: BrakeFile, case: Case, vacuum: float | None) -> Prediction:
+    """Return the prediction on which the safe vacuum of a case rests, near a vacuum [Pa].
+
+    Mass and speed of the case are numbers.
+    """
+    return Prediction(file, vacuum, case.travel, case.speed, samples=count_samples(case))
+
+
 def find_safe_vacuum(case: Case, prediction: Prediction, confidence: float) -> SafeVacuum:
     """Return the vacuum that keeps the share `confidence` of stops within the travel of a case."""
     mass, speed, travel, rope, gravity, _ = case.values_per_brake()
@@ -53,13 +62,13 @@ def find_safe_vacuum(case: Case, prediction: Prediction, confidence: float) -> S
         stands = (end.outcome == STOPPED) | (end.outcome == NEVER_SLID)
         return np.asarray(stands & (end.slip <= travel * (1 + 1e-9)))
 
-    missing = np.isnan(least_vacuums)
-    if missing.any():
+    is_missing = np.isnan(least_vacuums)
+    if is_missing.any():
         # too slow to use up the travel, or too fast even for full vacuum
         reaches = is_within(atmosphere)
-        least_vacuums = np.where(missing, np.where(reaches, 0.0, np.inf), least_vacuums)
+        least_vacuums = np.where(is_missing, np.where(reaches, 0.0, np.inf), least_vacuums)
         least_vacuums = np.where(
-            missing & reaches, _bisect_least(is_within, atmosphere), least_vacuums
+            is_missing & reaches, _bisect_least(is_within, atmosphere), least_vacuums
         )
     share = float(np.isfinite(least_vacuums).mean())
     vacuum = float(prediction.quantiles(least_vacuums, confidence))
@@ -70,7 +79,7 @@ def _bisect_least(is_within: Any, atmosphere: float) -> Array:
     """Return the lowest vacuum at which each sample stops within the travel."""
     low, high = np.zeros(1), np.full(1, atmosphere)
     for _ in range(ROUNDS):
-        middle = (low + high) / 2
-        good = is_within(middle)
-        low, high = np.where(good, low, middle), np.where(good, middle, high)
+        midpoint = (low + high) / 2
+        good = is_within(midpoint)
+        low, high = np.where(good, low, midpoint), np.where(good, midpoint, high)
     return np.asarray(high)

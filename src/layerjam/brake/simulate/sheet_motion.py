@@ -45,7 +45,7 @@ def sheet_motion(record: "TensileRecord", pull: "StackPull") -> SheetMotion:
     """Return the motion of a pull's sheets from all samples of the stack."""
     count, sheets = pull.sheets.shape
     walls = sheets - int(record.brake.brake.sheets.count)
-    # every second sheet; a wall is fixed to the cap opposite to that of the sheet it rubs on
+    # every second sheet moves; a wall moves with the cap opposite that of the sheet it rubs on
     moving = np.arange(sheets) % 2 != (walls // 2) % 2
     rows = np.linspace(0, count - 1, min(EVEN, count)).astype(int)
     turns = np.flatnonzero((pull.sliding[1:] != pull.sliding[:-1]).any(axis=1))

@@ -3,7 +3,12 @@
 from collections.abc import Sequence
 
 from layerjam.brake.device.brake_file import BrakeFile
-from layerjam.brake.mechanics.effects import depends_on_speed
+from layerjam.brake.mechanics.speed_effects import (
+    depends_on_speed,
+    fastest_speed,
+    name_speed_effects,
+    test_speed,
+)
 from layerjam.core.errors import Notice
 from layerjam.core.units import show
 
@@ -21,15 +26,15 @@ def list_stop_notices(
     file: BrakeFile, fastest: float | None = None, error: float | None = None
 ) -> list[Notice]:
     """Return notices about a stop with a slip speed `fastest` [m/s] and an integration `error`."""
-    law = file.brake.speed_law
-    if law is None:
+    if not name_speed_effects(file.brake):
         return [UNMEASURED]
     notices = []
     if error is not None:
         notices.append(
             Notice(
-                "friction follows the brake's [speed_law]; the stop is integrated, with a relative "
-                f"error of about {max(error, 1e-12):.0e} in slip, time and force",
+                f"friction follows the brake's {name_speed_effects(file.brake)}; the stop is "
+                f"integrated, with a relative error of about {max(error, 1e-12):.0e} in slip, time "
+                "and force",
                 "speed-law",
             )
         )
@@ -40,9 +45,8 @@ def list_stop_notices(
 
 def speed_notices(file: BrakeFile, fastest: float) -> list[Notice]:
     """Return a notice if sheets slide faster [m/s] than the range of the speed law."""
-    law = file.brake.speed_law
-    limit = None if law is None else law.fastest
-    if limit is None or fastest <= limit:
+    limit = fastest_speed(file.brake)
+    if fastest <= limit:
         return []
     return [
         Notice(
@@ -55,19 +59,18 @@ def speed_notices(file: BrakeFile, fastest: float) -> list[Notice]:
 
 def list_force_notices(file: BrakeFile, speed: float | None) -> list[Notice]:
     """Return notices about a force at a requested sliding speed [m/s], if any."""
-    law = file.brake.speed_law
-    if law is None:
+    if not name_speed_effects(file.brake):
         return [] if speed is None else [UNMEASURED]
     if speed is not None:
         return speed_notices(file, speed)
-    test_speed = show(law.test_speed, "m/s")
-    return [Notice(f"the force is that of sheets sliding at {test_speed}", "at-test-speed")]
+    speed_text = show(test_speed(file.brake), "m/s")
+    return [Notice(f"the force is that of sheets sliding at {speed_text}", "at-test-speed")]
 
 
 def list_pull_notices(file: BrakeFile, speed: float) -> list[Notice]:
     """Return notices about a pull whose crosshead moves at up to a `speed` [m/s]."""
     words = (
-        "friction follows the brake's [speed_law] at the speed of the crosshead or cord; "
+        "friction follows the brake's {} at the speed of the crosshead or cord; "
         "while it rests, the last speed is used"
     )
     return _law_notice(file, words, speed, unmeasured=speed > SLOW)
@@ -77,7 +80,7 @@ def list_stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]
     """Return notices about a sheet-by-sheet pull; the first of `speeds` [m/s] sets its friction."""
     first = speeds[0]
     words = (
-        "every interface has the friction that the brake's [speed_law] gives at "
+        "every interface has the friction that the brake's {} gives at "
         f"{show(first, 'm/s')}, the speed of the crosshead"
     )
     if any(speed != first for speed in speeds):
@@ -90,7 +93,7 @@ def list_stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]
 def list_slide_notices(file: BrakeFile, speed: float, fastest: float) -> list[Notice]:
     """Return notices about stick–slip at a crosshead speed and a highest sliding speed [m/s]."""
     words = (
-        "kinetic friction follows the brake's [speed_law] at the speed of the sliding sheets; "
+        "kinetic friction follows the brake's {} at the speed of the sliding sheets; "
         "stable_speed and stiffness_needed, closed forms without that law, are omitted"
     )
     return _law_notice(file, words, fastest, unmeasured=speed > SLOW)
@@ -99,7 +102,7 @@ def list_slide_notices(file: BrakeFile, speed: float, fastest: float) -> list[No
 def machine_notices(file: BrakeFile) -> list[Notice]:
     """Return notices about the friction of brakes in a machine."""
     words = (
-        "friction follows the brake's [speed_law] at the speed of the sheets; holding "
+        "friction follows the brake's {} at the speed of the sheets; holding "
         "forces are those of very slow sliding, or of static friction"
     )
     return _law_notice(file, words, 0.0)
@@ -108,9 +111,13 @@ def machine_notices(file: BrakeFile) -> list[Notice]:
 def _law_notice(
     file: BrakeFile, words: str, fastest: float, unmeasured: bool = True
 ) -> list[Notice]:
-    """Return a notice that friction follows the speed law, or that no such law was measured."""
-    if file.brake.speed_law is None:
+    """Return a notice that friction follows the speed law, or that no such law was measured.
+
+    `words` has {} for the tables of the effects.
+    """
+    tables = name_speed_effects(file.brake)
+    if not tables:
         return [UNMEASURED] if unmeasured else []
     if not depends_on_speed(file.brake):
         return []
-    return [Notice(words, "speed-law"), *speed_notices(file, fastest)]
+    return [Notice(words.format(tables), "speed-law"), *speed_notices(file, fastest)]

@@ -8,8 +8,8 @@ import numpy as np
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.kernel.stack import pull_stack
-from layerjam.brake.mechanics.effects import fix_speed
 from layerjam.brake.mechanics.pull import peak
+from layerjam.brake.mechanics.speed_effects import fix_speed
 from layerjam.brake.mechanics.stack.history import StackPull
 from layerjam.brake.mechanics.stiffness import working_stiffness
 from layerjam.brake.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return
@@ -54,9 +54,9 @@ def _sample_path(
     """Return time and elongation of every sample, dense while sheets begin to slip one by one."""
     top = float(peak(first.to, brake.sheets.overlap, brake).force)
     rise = 2.0 * top / float(working_stiffness(brake))
-    moves = sum(not isinstance(s, Hold) for s in steps)
+    move_count = sum(not isinstance(s, Hold) for s in steps)
     # a stack of thousands of sheets is smooth, and its long history would be large
-    limit = _NUMBERS // (4 * int(brake.sheets.count) * moves)
+    limit = _NUMBERS // (4 * int(brake.sheets.count) * move_count)
     fine, coarse = (max(50, min(n, limit * n // (FINE + COARSE))) for n in (FINE, COARSE))
     times, positions = [np.array([first.hold])], [np.array([0.0])]
     for step in steps:
@@ -98,14 +98,14 @@ def tensile_stack(
     is called with the completed fraction. With a speed law, every interface has the friction at the
     first move's speed. Raises ProcedureError if the procedure changes the vacuum or does not pull.
     """
-    first_step, moves = _split_procedure(procedure)
-    speeds = [step.speed for step in moves if not isinstance(step, Hold)]
+    first_step, later_moves = _split_procedure(procedure)
+    speeds = [step.speed for step in later_moves if not isinstance(step, Hold)]
     brake = fix_sliding_speed(speeds[0], file.brake)
     vacuum = first_step.to
     layout: Any = {"interfaces": interfaces, "housing": housing, "static": static}
     stack = make_stack(brake, vacuum, one_by_one=one_by_one, **layout)
     lengths, fan = stack.length.copy(), make_fanned_friction(brake, vacuum, interfaces, static)
-    time, path = _sample_path(first_step, moves, brake)
+    time, path = _sample_path(first_step, later_moves, brake)
     if fan is not None:
         lengths[stack.ends[0] : stack.ends[1]] = fan.length
     result = pull_stack(path, stack, progress, fan.put if fan is not None else None)

@@ -6,24 +6,23 @@ from typing import Any
 import numpy as np
 
 from layerjam.brake.device.brake import Brake
+from layerjam.brake.mechanics.arrays import map_leaves
 from layerjam.brake.mechanics.effects import list_effects
 from layerjam.brake.mechanics.enclosure import enclosure_law
-from layerjam.brake.mechanics.fan import Fan, is_flat
+from layerjam.brake.mechanics.fan import is_flat
 from layerjam.brake.mechanics.friction import friction_per_contact, sheet_law, static_law
 from layerjam.brake.mechanics.stack.solve import Stack
 from layerjam.brake.mechanics.stiffness import sheet_section, stiffness_sliding
 from layerjam.core.errors import QuantityError, explain_arguments
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 @dataclass(frozen=True)
 class FannedFriction:
     """Friction of interfaces between sheets that fan out; arrays of shape (n - 1,).
 
-    The middle interfaces have the highest pressure: each has the mean of exp(alpha (1 - s^2)) over
-    its part of the stack's half height s, so that together they have the factor of the lumped law.
+    Together the interfaces have the factor of the lumped law.
     The stack model needs friction that falls linearly with the slip. Each increment therefore uses
     the tangent to an interface's own friction at its current slip.
     """
@@ -34,9 +33,10 @@ class FannedFriction:
     """Overlap at rest [m]."""
     ratio: float
     """Ratio of static to kinetic friction of the film."""
-    kinetic: Fan
-    static: Fan
-    """Fanning of the same sheets under static friction."""
+    kinetic: tuple[Any, ...]
+    """Effects of the slip on each interface (`SlipShape`)."""
+    static: tuple[Any, ...]
+    """The same under static friction."""
 
     def tangents(self, slip: Any) -> tuple[Array, Array, Array]:
         """Return friction [N] and length [m] of the tangents at a slip [m], and a ratio.
@@ -44,14 +44,13 @@ class FannedFriction:
         A tangent is friction (1 - slip/length); the ratio is that of static to kinetic friction.
         """
         slip = np.clip(slip, 0.0, self.length * (1 - 1e-12))
-        factor, shrink = _interface_factors(slip, self.kinetic)
-        factor, shrink = factor / self.kinetic.reference, shrink / self.kinetic.reference
+        factor, shrink = _multiply_factors(self.kinetic, slip)
         overlap = self.length - slip
         unit = self.flat / self.length
         steep = factor + overlap * shrink
         reach = slip + overlap * factor / steep
         if self.ratio > 1:
-            static_factor = _interface_factors(slip, self.static)[0] / self.static.reference
+            static_factor = _multiply_factors(self.static, slip)[0]
             return unit * steep * reach, reach, self.ratio * static_factor / factor
         return unit * steep * reach, reach, np.ones_like(reach)
 
@@ -70,16 +69,13 @@ class FannedFriction:
     put, lines = apply_to_stack, tangents  # former names
 
 
-def _interface_factors(slip: Array, fan: Fan) -> tuple[Array, Array]:
+def _multiply_factors(shapes: tuple[Any, ...], slip: Array) -> tuple[Array, Array]:
     """Return the factor of each interface at its slip [m], and its decrease per metre of slip."""
-    count = len(slip)
-    middle = (2 * np.arange(count) + 1) / count - 1
-    depth = 1 - (middle[:, None] + _NODES / count) ** 2
-    left, right = fan.left + slip, fan.right + slip
-    alpha = fan.strength * (1 / left + 1 / right)
-    fades = fan.strength * (1 / left**2 + 1 / right**2)
-    growth = np.exp(alpha[:, None] * depth)
-    return (growth * _WEIGHTS).sum(1) / 2, fades * (growth * depth * _WEIGHTS).sum(1) / 2
+    total, fall = np.ones_like(slip), np.zeros_like(slip)
+    for shape in shapes:
+        factor, shrink = shape.interface_factors(slip)
+        total, fall = total * factor, fall * factor + total * shrink
+    return total, fall
 
 
 def add_fanning(
@@ -91,14 +87,14 @@ def add_fanning(
     change an interface's own friction, but not the pressure from its neighbours. Raises
     QuantityError for sheets that fan out by more than 45 degrees.
     """
-    kinetic, still = sheet_law(vacuum, brake).fan, static_law(vacuum, brake).fan
-    if kinetic is None or still is None:
+    kinetic, still = sheet_law(vacuum, brake).shapes, static_law(vacuum, brake).shapes
+    if not kinetic:
         return None
     if not bool(is_flat(brake)):
         raise QuantityError.of("mount.spacers", "the sheets fan out by more than 45 degrees")
     ratio = float(brake.film.static / brake.film.kinetic) if static else 1.0
-    plain, fan_static = (Fan(*map(float, fan)) for fan in (kinetic, still))
-    return FannedFriction(flat, length, ratio, plain, fan_static if static else plain)
+    plain, at_rest = map_leaves(np.float64, (kinetic, still))
+    return FannedFriction(flat, length, ratio, plain, at_rest if static else plain)
 
 
 @explain_arguments

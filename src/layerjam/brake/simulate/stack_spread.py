@@ -10,6 +10,7 @@ from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.kernel.stack import Peaks, find_loop, find_peaks
 from layerjam.brake.mechanics.pull import peak
 from layerjam.brake.mechanics.stiffness import working_stiffness
+from layerjam.brake.simulate.prediction import log_normal
 from layerjam.brake.simulate.stack_layout import Housing, Interfaces, make_stack
 from layerjam.core.errors import LayerjamError, QuantityError
 
@@ -36,6 +37,8 @@ def draw_normal(first: int, last: int, count: int, seed: int) -> Array:
 
     Each sample uses its own counter in the generator, so the numbers do not depend on chunks.
     """
+    # not a Latin hypercube as in `Prediction`: a stack has a friction for each of thousands of
+    # interfaces, and stacks are added until the user stops
     from scipy.special import ndtri
 
     words = -(-count // 4)
@@ -80,7 +83,6 @@ def peak_spread(
     top = float(peak(vacuum, brake.sheets.overlap, brake).force)
     end = brake.sheets.usable_travel + 2 * top / float(working_stiffness(brake))
     first, last = (int(e) for e in stack.ends)
-    width = float(np.sqrt(np.log1p(scatter**2)))
     if chunk is None:
         cost = PYTHON_CHUNK if find_loop("lj_follow_peaks") is None else CHUNK
         chunk = max(1, cost // stack.sheet_count)
@@ -89,7 +91,7 @@ def peak_spread(
         stop = min(start + chunk, samples)
         friction = np.tile(stack.friction, (stop - start, 1))
         normal = draw_normal(start, stop, last - first, seed)
-        friction[:, first:last] *= np.exp(width * normal - width**2 / 2)
+        friction[:, first:last] *= log_normal(normal, 1.0, scatter)
         length = np.broadcast_to(stack.length, friction.shape)
         parts.append(find_peaks(stack, friction, length, end))
         if progress:

@@ -11,10 +11,10 @@ import numpy as np
 
 from layerjam.brake.device.brake import Brake, mass
 from layerjam.brake.device.brake_file import BrakeFile
-from layerjam.brake.mechanics.effects import growth
+from layerjam.brake.mechanics.effects import require_linear
 from layerjam.brake.mechanics.enclosure import enclosure_law
-from layerjam.brake.mechanics.fan import require_flat
 from layerjam.brake.mechanics.friction import friction_per_contact
+from layerjam.brake.mechanics.speed_effects import brake_growth, depends_on_speed
 from layerjam.brake.mechanics.stick_slip.laws import critical_speed, film_curve, slow_saw
 from layerjam.brake.mechanics.stick_slip.slide import CLOSED, SEPARATED, STEADY, TOO_LONG, slide
 from layerjam.brake.mechanics.stick_slip.slide_step import Slide
@@ -150,7 +150,7 @@ def make_slide(
 
     Entries broadcast. The crosshead does not stop and the run has no end yet; set `ramp` and `end`.
     """
-    brake = require_flat(brake, "stick–slip")
+    brake = require_linear(brake, "stick–slip")
     curve = stribeck or film_curve(brake)
     c = np.asarray(friction_per_contact(np.asarray(vacuum, float), brake))
     c = c * curve.kinetic / brake.film.kinetic
@@ -176,7 +176,7 @@ def make_slide(
         start=0.0 if frozen else slip,
         events=np.inf,
         tolerance=TOLERANCE,
-        law=brake.active_speed_law,
+        paced_brake=brake if depends_on_speed(brake) else None,
     )
 
 
@@ -195,9 +195,9 @@ def force_bounds(run: Slide, speed: Any = None) -> Bounds:
     With a speed law, the kinetic force is that at `speed` [m/s], by default the crosshead's.
     """
     kinetic = run.level + np.asarray(run.base)
-    if run.law is not None:
+    if run.paced_brake is not None:
         pace = run.speed if speed is None else speed
-        kinetic = run.level * growth(pace, run.law) + np.asarray(run.base)
+        kinetic = run.level * brake_growth(pace, run.paced_brake) + np.asarray(run.base)
     return Bounds(run.level * (1 + np.asarray(run.rise)) + run.base, kinetic)
 
 
@@ -289,8 +289,8 @@ def _crosshead_travel(run: Slide, brake: Brake, speed: float, slip: float) -> fl
     swings = 30 * 2 * np.pi * np.sqrt(run.mass / run.spring) * speed
     enclosure = 0.0 if run.enclosure is None else float(run.enclosure.force(slip))
     onset = (static + enclosure) / float(run.spring)
-    room = onset + max(brake.sheets.usable_travel - slip, 0.0)
-    return float(min(onset + max(TEETH * tooth, swings), room))
+    max_travel = onset + max(brake.sheets.usable_travel - slip, 0.0)
+    return float(min(onset + max(TEETH * tooth, swings), max_travel))
 
 
 def _slide_outcome(state: Any, rows: Array, table: Array) -> Outcome:
@@ -376,12 +376,12 @@ def find_critical_speed(run: Slide) -> float:
     drag = float(run.damping) + float(run.level) * float(run.viscous)
     if static <= kinetic:
         return 0.0
-    if not drag and run.law is None:
+    if not drag and run.paced_brake is None:
         return float("inf")
     spring, mass = float(run.spring), float(run.mass)
     scale = (static - kinetic) / np.sqrt(spring * mass)
     low, high = 1e-9 * scale, 1e3 * scale
-    if float(run.stribeck) == 0.0 and float(run.viscous) == 0.0 and run.law is None:
+    if float(run.stribeck) == 0.0 and float(run.viscous) == 0.0 and run.paced_brake is None:
         speed = float(critical_speed(static, kinetic, spring, mass, run.damping))
         if speed < low or not single_event(run._replace(speed=1.001 * speed)).judders:
             return speed

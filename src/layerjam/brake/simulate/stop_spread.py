@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
-from layerjam.brake.mechanics.effects import depends_on_slip, depends_on_speed, has_single_modulus
+from layerjam.brake.mechanics.effects import depends_on_slip, has_single_modulus
+from layerjam.brake.mechanics.speed_effects import depends_on_speed
 from layerjam.brake.mechanics.stop.exact import NOT_A_CASE, SNAPS, stop, time_at_slip
 from layerjam.brake.mechanics.stop.motion import rope_spring
 from layerjam.brake.simulate.drop import TimedStop, solve_stop_with_speed
@@ -122,9 +123,9 @@ def spread_stop(
 
 def _weigh_vacuum(record: DropRecord) -> float:
     """Return the mean of a changing vacuum [Pa] over the slip, on which the friction acts."""
-    slides = np.gradient(record.slip)
-    total = float(slides.sum())
-    mean = float((record.vacuum_in_time * slides).sum()) / total if total > 0 else record.vacuum
+    slip_steps = np.gradient(record.slip)
+    total = float(slip_steps.sum())
+    mean = float((record.vacuum_in_time * slip_steps).sum()) / total if total > 0 else record.vacuum
     return max(mean, 0.0)
 
 
@@ -137,6 +138,6 @@ def _solve_samples(prediction: Prediction, record: DropRecord) -> dict[str, Arra
         *(spring * unit, record.gravity * unit, brakes),
     )
     end = stop(*case)
-    snaps = (end.outcome == SNAPS) | (end.outcome == NOT_A_CASE)
+    has_snapped = (end.outcome == SNAPS) | (end.outcome == NOT_A_CASE)
     values = {**end._asdict(), "time": time_at_slip(end.slip, *case)}
-    return {key: np.where(snaps, np.inf, values[name]) for key, name in KEYS.items()}
+    return {key: np.where(has_snapped, np.inf, values[name]) for key, name in KEYS.items()}

@@ -9,12 +9,13 @@ from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.fluid.closed_forms import held_vacuum
 from layerjam.brake.kernel.engine import Engine, follow_history, run_in_blocks
 from layerjam.brake.mechanics.cycle import Cycle
-from layerjam.brake.mechanics.effects import depends_on_speed, fix_speed, has_single_modulus
+from layerjam.brake.mechanics.effects import has_single_modulus
 from layerjam.brake.mechanics.enclosure import enclosure_force
 from layerjam.brake.mechanics.friction import sheet_friction
 from layerjam.brake.mechanics.law import law
 from layerjam.brake.mechanics.memory import DEPTH
 from layerjam.brake.mechanics.pull import least_stiffness, peak
+from layerjam.brake.mechanics.speed_effects import depends_on_speed, fix_speed
 from layerjam.brake.mechanics.stiffness import working_stiffness
 from layerjam.brake.simulate.first_pull import (
     check_hyperelastic,
@@ -53,8 +54,8 @@ def _sample_path(
     Onset, peak and separation are samples. While the crosshead rests, the speed is that of its last
     move; before the first move, that of the first.
     """
-    moves = [step.speed for step in procedure.steps if isinstance(step, Pull | Return)]
-    pace = moves[0] if moves else 0.0
+    move_speeds = [step.speed for step in procedure.steps if isinstance(step, Pull | Return)]
+    pace = move_speeds[0] if move_speeds else 0.0
     blocks: list[Array] = [_make_rows(0.0, 0.0, 0.0, pace)]
     shut = (0.0, 0.0)
     rate = None if leak_time is None else 1 / leak_time
@@ -100,7 +101,7 @@ def _sample_move(step: Pull | Return, start: float, vacuum: float, brake: Brake)
     events = np.array([float(e) for e in find_events(vacuum, brake)])
     # the grid may end after separation, as nothing is simulated beyond
     end = min(step.end, max(start, *events) * 1.001 + 1e-9)
-    # the rise to the peak takes one or two millimetres, with enough samples to measure it
+    # sample the rise densely enough to fit a slope: it takes only one or two millimetres
     rise = np.linspace(start, min(end, 2 * events[1]), RISE + 1)
     events = events[(events > start) & (events < end)]
     grid = np.append(np.linspace(start, end, SAMPLES + 1)[1:], rise[rise > start])
@@ -126,10 +127,10 @@ def outcome_warnings(
     """Return warnings about the outcome of a pull at a vacuum [Pa], lumped or sheet by sheet."""
     texts = []
     if outcome is Outcome.SNAPS:
-        least = show(float(least_stiffness(vacuum, brake)), "N/m")
+        minimum = show(float(least_stiffness(vacuum, brake)), "N/m")
         texts.append(
-            f"the brake's force falls by {least} once it slides, so it snaps on a rig with a "
-            f"stiffness of {show(float(working_stiffness(brake)), 'N/m')}; use more than {least}"
+            f"the brake's force falls by {minimum} once it slides, so it snaps on a rig with a "
+            f"stiffness of {show(float(working_stiffness(brake)), 'N/m')}; use more than {minimum}"
         )
     if outcome is Outcome.SEPARATED:
         texts.append(

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.mount import Rope
-from layerjam.brake.mechanics.effects import depends_on_speed, remove_idle_speed_law
+from layerjam.brake.mechanics.speed_effects import depends_on_speed, remove_idle_speed_law
 from layerjam.brake.mechanics.stop.tune import speed_range, tuned_stop
 from layerjam.brake.simulate.quantities import ARRIVAL_SPEED, MASS, STOP_TRAVEL
 from layerjam.core.evolve import evolve
@@ -90,13 +90,13 @@ def can_tune(case: Case, name: str, values: Array) -> npt.NDArray[np.bool_]:
 
 
 def _can_tune_batch(case: Case, name: str, values: Array, size: int) -> npt.NDArray[np.bool_]:
-    usual = {
+    defaults = {
         "count": float(case.brake.sheets.count),
         "speed": case.speed,
         "travel": case.travel,
         "share": float(case.share),
     }
-    columns: dict[str, Any] = {key: np.full(size, value) for key, value in usual.items()}
+    columns: dict[str, Any] = {key: np.full(size, value) for key, value in defaults.items()}
     columns[name][: len(values)] = values
     vacuums = np.asarray(tuned_stop(*_tuning_arguments(case.with_changes(**columns))))
     return np.isfinite(vacuums)[: len(values)]
@@ -120,12 +120,12 @@ def suggest_travel(case: Case) -> float | None:
     grid = np.linspace(0.0, usable, count + 1)[1:]
     shorter, longer = grid[grid < case.travel][::-1], grid[grid > case.travel]
     for side in (shorter, longer):
-        fine = np.flatnonzero(can_tune(case, "travel", side)) if side.size else side
-        if not fine.size:
+        tunable_indices = np.flatnonzero(can_tune(case, "travel", side)) if side.size else side
+        if not tunable_indices.size:
             continue
-        k = int(fine[0])
-        before = side[k - 1] if k else case.travel
-        candidates = _round_travels(np.linspace(before, side[k], count + 1)[1:], usable)
+        k = int(tunable_indices[0])
+        travel_before = side[k - 1] if k else case.travel
+        candidates = _round_travels(np.linspace(travel_before, side[k], count + 1)[1:], usable)
         travel = _first_tunable_value(case, "travel", candidates[candidates != case.travel])
         if travel is not None:
             return float(travel)
@@ -134,8 +134,8 @@ def suggest_travel(case: Case) -> float | None:
 
 def _round_travels(travels: Array, usable: float) -> Array:
     values = np.array([float(f"{x:.{DIGITS}g}") for x in travels.tolist()])
-    least = STOP_TRAVEL.lo
-    return values[(values <= usable) & (values >= least)]
+    min_travel = STOP_TRAVEL.lo
+    return values[(values <= usable) & (values >= min_travel)]
 
 
 def suggest_sheet_count(case: Case) -> int | None:
@@ -181,10 +181,10 @@ def find_tunable_speeds(case: Case) -> tuple[float, float] | None:
     interior = np.linspace(low, high, count)[1:-1]
     grid = np.unique([*low * (1 + MARGINS), *interior, *high * (1 - MARGINS)])
     grid = grid[(grid >= low) & (grid <= high)]
-    fine = can_tune(case, "speed", grid)
-    if not fine.any():
+    is_tunable = can_tune(case, "speed", grid)
+    if not is_tunable.any():
         return None
-    first, last = _longest_run(fine)
+    first, last = _longest_run(is_tunable)
     slowest, fastest = grid[first], grid[last]
     if first:
         slowest = _last_tunable_value(case, np.linspace(slowest, grid[first - 1], count))
@@ -194,16 +194,16 @@ def find_tunable_speeds(case: Case) -> tuple[float, float] | None:
     return None if None in ends else (ends[0], ends[1])  # type: ignore[return-value]
 
 
-def _longest_run(fine: npt.NDArray[np.bool_]) -> tuple[int, int]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], fine.astype(int), [0]])))
+def _longest_run(is_tunable: npt.NDArray[np.bool_]) -> tuple[int, int]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], is_tunable.astype(int), [0]])))
     starts, ends = edges[::2], edges[1::2]
     k = int(np.argmax(ends - starts))
     return int(starts[k]), int(ends[k]) - 1
 
 
 def _last_tunable_value(case: Case, values: Array) -> float:
-    fine = can_tune(case, "speed", values)
-    fails = np.flatnonzero(~fine)
+    is_tunable = can_tune(case, "speed", values)
+    fails = np.flatnonzero(~is_tunable)
     return float(values[max(int(fails[0]) - 1, 0)] if fails.size else values[-1])
 
 

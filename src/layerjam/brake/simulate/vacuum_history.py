@@ -42,12 +42,15 @@ class History:
                 "the same length with at least two samples"
             )
         for values, spec, label in ((time, TIME, "time"), (vacuum, VACUUM, "vacuum")):
-            bad = np.flatnonzero(~(np.isfinite(values) & (values >= spec.lo)))
-            if len(bad):
-                spec.check(float(values[bad[0]]), f"history: {label} of sample {bad[0] + 1}")
-        falls = np.flatnonzero(np.diff(time) <= 0)
-        if len(falls):
-            k = int(falls[0]) + 1
+            invalid_indices = np.flatnonzero(~(np.isfinite(values) & (values >= spec.lo)))
+            if len(invalid_indices):
+                spec.check(
+                    float(values[invalid_indices[0]]),
+                    f"history: {label} of sample {invalid_indices[0] + 1}",
+                )
+        wrong_times = np.flatnonzero(np.diff(time) <= 0)
+        if len(wrong_times):
+            k = int(wrong_times[0]) + 1
             raise QuantityError(
                 f"history: time of sample {k + 1}, {show(float(time[k]), 's')}, is not after "
                 f"the previous one, {show(float(time[k - 1]), 's')}; times must increase"
@@ -65,8 +68,10 @@ class History:
         if not vacuum > 0:
             return cls(np.array([-held, 1.0 - held]), np.full(2, vacuum))
         # equal steps of the square root approximate an exponential equally well everywhere
-        left = vacuum * np.linspace(1.0, 1.0 / LEAK_SAMPLES, LEAK_SAMPLES) ** 2
-        return cls(leak_down_time(left, vacuum, 1 / leak_time, atmosphere) - held, left)
+        vacuum_left = vacuum * np.linspace(1.0, 1.0 / LEAK_SAMPLES, LEAK_SAMPLES) ** 2
+        return cls(
+            leak_down_time(vacuum_left, vacuum, 1 / leak_time, atmosphere) - held, vacuum_left
+        )
 
     def interpolate(self, time: Any) -> Array:
         """Return the vacuum [Pa] at times [s]."""

@@ -95,11 +95,11 @@ def is_of_kind(value: Any, kind: Any) -> bool:
 
     A type known only to type checkers accepts any argument.
     """
-    origin, inside = get_origin(kind), get_args(kind)
+    origin, type_arguments = get_origin(kind), get_args(kind)
     if origin in (typing.Union, types.UnionType):
-        return any(is_of_kind(value, member) for member in inside)
+        return any(is_of_kind(value, member) for member in type_arguments)
     if origin is typing.Literal:
-        return value in inside
+        return value in type_arguments
     if origin is Callable:
         return callable(value)
     if origin is Mapping:
@@ -109,7 +109,7 @@ def is_of_kind(value: Any, kind: Any) -> bool:
         return (
             is_list
             and not hasattr(value, "columns")
-            and all(is_of_kind(member, inside[0]) for member in value)
+            and all(is_of_kind(member, type_arguments[0]) for member in value)
         )
     if kind is float:  # its specification checks the value, in any unit
         return not isinstance(value, str | list | tuple | Mapping)
@@ -131,8 +131,8 @@ def describe_type(kind: Any) -> str:
     names = ((get_origin(member) or member) for member in members if member not in lists)
     phrases = list(dict.fromkeys(words.get(name) or f"a {name.__name__}" for name in names))
     for (inner,) in map(get_args, lists):
-        same = phrases and set(variants(inner)) <= set(members)
-        phrases.append(f"a list of {'them' if same else describe_type(inner)}")
+        has_phrase = phrases and set(variants(inner)) <= set(members)
+        phrases.append(f"a list of {'them' if has_phrase else describe_type(inner)}")
     return " or ".join(filter(None, [", ".join(phrases[:-1]), phrases[-1]]))
 
 

@@ -356,24 +356,26 @@ class Command:
         self, args: Sequence[Any], kwargs: Mapping[str, Any], notices: list[Notice]
     ) -> dict[str, Any]:
         """Return the arguments converted for the function; raises the same errors as a call."""
-        flat = {p.name: p.record for p in self.parameters if p.record}
+        record_of = {p.name: p.record for p in self.parameters if p.record}
         options = ((o, p.name) for p in self.parameters for o in (p.option, *p.help.old))
         own_names = {o.lstrip("-").replace("-", "_"): name for o, name in options}
         kwargs = {own_names.get(name, name): value for name, value in kwargs.items()}
         direct = self.signature.parameters
-        loose = {k: v for k, v in kwargs.items() if k in flat and k not in direct}
+        loose = {k: v for k, v in kwargs.items() if k in record_of and k not in direct}
         command_arguments = {k: v for k, v in kwargs.items() if k not in loose}
         for p in self.parameters:
             if p.several:
                 args = (*args, *command_arguments.pop(p.name, ()))
         required_sentences = {p.name: p.sentence for p in self.parameters if p.required}
         call = bind_arguments(
-            self.python_name, self.signature, flat, required_sentences, args, command_arguments
+            self.python_name, self.signature, record_of, required_sentences, args, command_arguments
         )
         for name, cls in self.records.items():
-            mine = {k: v for k, v in loose.items() if flat[k] == name}
+            own_values = {k: v for k, v in loose.items() if record_of[k] == name}
             inner = [p for p in self.parameters if p.record == name]
-            settings = gather_options(name, cls, call.get(name), mine, [p.name for p in inner])
+            settings = gather_options(
+                name, cls, call.get(name), own_values, [p.name for p in inner]
+            )
             call[name] = cls(
                 **{p.name: p.read(settings.get(p.name, p.default), call, notices) for p in inner}
             )
@@ -437,8 +439,8 @@ def command(
         instance = Command(function, group, record, parent)
 
         @functools.wraps(function)
-        def call(*args: P.args, **named: P.kwargs) -> R:
-            return instance(*args, **named)  # type: ignore[return-value]
+        def call(*args: P.args, **keywords: P.kwargs) -> R:
+            return instance(*args, **keywords)  # type: ignore[return-value]
 
         call.declaration = instance  # type: ignore[attr-defined]
         entry = Entry(instance.name, instance.python_name, "", group, instance.summary)

@@ -12,11 +12,12 @@ import re
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
 from layerjam.core.command.arguments import command_line_name
+from layerjam.core.errors import InstallationError
+from layerjam.core.plugins import find_points
 
 GROUPS = {
     "predict": "Predict the behaviour of a brake",
@@ -95,7 +96,7 @@ def _source_entries() -> tuple[Entry, ...]:
 
 def _find_files() -> Iterator[tuple[str, Path]]:
     """Yield (module, file) of the packages with commands."""
-    for package in sorted({point.value for point in entry_points(group=GROUP)}):
+    for package in sorted({point.value for point in find_points(GROUP)}):
         spec = importlib.util.find_spec(package)
         for folder in map(Path, spec.submodule_search_locations or () if spec else ()):
             for path in sorted(folder.rglob("*.py")):
@@ -104,8 +105,13 @@ def _find_files() -> Iterator[tuple[str, Path]]:
 
 
 def commands() -> dict[str, Entry]:
-    """Return {name: Entry} of every command, ordered by group and then as in help.toml."""
+    """Return {name: Entry} of every command, ordered by group and then as in help.toml.
+
+    Raises InstallationError if the installed entry points do not lead to all of our own commands.
+    """
     entries = DECLARED | {entry.name: entry for entry in _source_entries()}
+    if missing := [name for name in EXAMPLES if name not in entries]:
+        raise InstallationError(f"commands such as {', '.join(missing[:3])}")
     groups, names = [*GROUPS], [*EXAMPLES, *sorted({*entries} - {*EXAMPLES})]
     return {
         name: entries[name] for name in sorted(names, key=lambda n: groups.index(entries[n].group))

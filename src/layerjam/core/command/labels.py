@@ -76,10 +76,10 @@ class Grid:
         """Return the numbers along the dimensions of the inputs; single numbers remain single."""
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
-        plain = {name: value for name, value in values.items() if np.ndim(value) == 0}
-        arrays = plain | self.label_values(values, units)
+        scalars = {name: value for name, value in values.items() if np.ndim(value) == 0}
+        arrays = scalars | self.label_values(values, units)
         data = xarray.Dataset(arrays, coords=self.coordinates)
-        for name in plain:
+        for name in scalars:
             data[name].attrs["units"] = units[name]
         return data
 
@@ -101,9 +101,9 @@ class Grid:
         rows = list(zip(*columns, strict=True))
         if len(rows) > ROWS + 1:
             rows = [*rows[: ROWS - 1], ("…",) * len(columns), *rows[-2:]]
-        wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         for row in rows:
-            yield "  ".join(f"{cell:>{width}}" for cell, width in zip(row, wide, strict=True))
+            yield "  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True))
 
     def panes(self, name: str, value: Any, unit: str) -> "list[Pane]":
         """Return panes of a number versus the first dimension, with one curve per case."""
@@ -166,12 +166,12 @@ def align_grid(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | No
     if not arrays:
         return None
     if labelled_arrays:
-        bare = [name for name in arrays if name not in labelled_arrays]
-        if bare:
+        array_names = [name for name in arrays if name not in labelled_arrays]
+        if array_names:
             raise QuantityError.of(
-                bare[0],
+                array_names[0],
                 f"has no named dimensions, but {next(iter(labelled_arrays))} has; label both, such "
-                f"as xarray.DataArray({bare[0]}, dims='{bare[0]}')",
+                f"as xarray.DataArray({array_names[0]}, dims='{array_names[0]}')",
             )
         grid = _label_axes(labelled_arrays, values, units)
         _check_size(grid.shape, arrays)

@@ -82,7 +82,7 @@ class Result:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "record", shorten_group(self.record))
-        object.__setattr__(self, "warnings", make_notices(self.warnings))
+        object.__setattr__(self, "warnings", make_notices(dict.fromkeys(self.warnings)))
 
     @classmethod
     def create(cls, *known: object, **given: Any) -> Self:
@@ -314,7 +314,7 @@ class Result:
             **self.values,
             **(self.judgement if self.verdict is not None else {}),
             "units": self.units,
-            "warnings": list(dict.fromkeys(map(str, self.warnings))),
+            "warnings": list(map(str, self.warnings)),
         }
         return json.dumps(to_json(document), indent=2, allow_nan=False)
 
@@ -406,7 +406,7 @@ class Result:
             name = self.failed_checks[0]["name"]
             advice = f'nothing was written; to use the numbers anyway: --accept "{name}=REASON"'
             yield Remark("", advice)
-        for warning in dict.fromkeys(map(str, self.warnings)):
+        for warning in self.warnings:
             yield Remark("note: ", warning)
 
     def table(self, width: int = 80) -> str:

@@ -55,23 +55,23 @@ def type_schema(kind: Any) -> dict[str, Any]:
         return {"anyOf": schemas}
     if kind in PLAIN:
         return dict(PLAIN[kind])
-    origin, inside = get_origin(kind), get_args(kind)
+    origin, type_arguments = get_origin(kind), get_args(kind)
     if origin is Literal:
-        return {"enum": list(inside)}
+        return {"enum": list(type_arguments)}
     if origin is Annotated:
-        return type_schema(inside[0])
+        return type_schema(type_arguments[0])
     if is_dataclass(kind):
         names = [f.name for f in fields(kind)]
         return _object_schema({name: type_schema(_field_type(kind, name)) for name in names})  # type: ignore[arg-type]
     if not inspect.isclass(origin):
         return {}
     if issubclass(origin, Mapping):
-        return {"type": "object", "additionalProperties": type_schema(inside[1])}
-    if origin is tuple and inside[-1] is not ...:
-        schemas = [type_schema(member_schema) for member_schema in inside]
+        return {"type": "object", "additionalProperties": type_schema(type_arguments[1])}
+    if origin is tuple and type_arguments[-1] is not ...:
+        schemas = [type_schema(member_schema) for member_schema in type_arguments]
         return {"type": "array", "prefixItems": schemas, "items": False, "minItems": len(schemas)}
     if issubclass(origin, Sequence):
-        return {"type": "array", "items": type_schema(inside[0])}
+        return {"type": "array", "items": type_schema(type_arguments[0])}
     return {}
 
 

@@ -56,11 +56,11 @@ def format_readings(readings: Mapping[str, Sequence[str]] | Sequence[str]) -> It
     `readings` is {file: sentences}, or the sentences about the only file.
     """
     by_file = readings if isinstance(readings, Mapping) else {"": readings}
-    alike: dict[tuple[str, ...], list[str]] = {}
+    names_by_reading: dict[tuple[str, ...], list[str]] = {}
     for file, sentences in by_file.items():
         if sentences:
-            alike.setdefault(tuple(dict.fromkeys(sentences)), []).append(Path(file).name)
-    for sentences, files in alike.items():
+            names_by_reading.setdefault(tuple(dict.fromkeys(sentences)), []).append(Path(file).name)
+    for sentences, files in names_by_reading.items():
         names = ", ".join(files[:NAMED]) + (
             f" and {len(files) - NAMED} more" * (len(files) > NAMED)
         )

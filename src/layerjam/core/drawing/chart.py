@@ -108,11 +108,23 @@ def draw_panes(panes: Sequence[Pane]) -> style.Figure:
         shares = [pane.share for pane in panes]
         figure, places = style.make_axes(1, count, 7.4, 5.0, sharex=True, height_ratios=shares)
     else:
-        width, height = (6.4, 3.9) if count == 1 else (0.6 + 3.6 * count, 3.5)
+        width, height = (6.4, 3.9) if count == 1 else (0.6 + 3.2 * count, 3.5)
         figure, places = style.make_axes(count, 1, width, height)
     for axes, pane in zip(places, panes, strict=True):
         draw_pane(axes, pane, below=is_stacked(panes) and pane is not panes[-1])
     return figure
+
+
+def dash_untested(curve: Curve, tested_end: float) -> list[Curve]:
+    """Return a curve, dashed where x is beyond the tested part; two curves if only a part is."""
+    x, y = np.asarray(curve.x), np.asarray(curve.y)
+    count = int(np.searchsorted(x, tested_end, side="right"))
+    if count == len(x):
+        return [curve]
+    if count < 2:
+        return [replace(curve, dash="dashed")]
+    outer = replace(curve, x=x[count - 1 :], y=y[count - 1 :], dash="dashed")
+    return [replace(curve, x=x[:count], y=y[:count], labelled=False), outer]
 
 
 def draw_pane(axes: style.Axes, pane: Pane, below: bool = False) -> None:

@@ -51,7 +51,7 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[st
         with make_hidden_folder(_find_nearest_folder(out.parent)) as hidden:
             report = hidden / "report"
             write_files(report, content)
-            Appearing.begun = True
+            Appearing.begin()
             if not out.exists():
                 out.parent.mkdir(parents=True, exist_ok=True)
                 os.replace(report, out)

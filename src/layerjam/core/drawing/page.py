@@ -197,11 +197,15 @@ def to_html(data: Mapping[str, Any], pictures: Mapping[str, str], live: Live | N
     With `live` the page has that part after its most important numbers, and a policy that allows no
     other script and no request.
     """
-    inside = {name: apply_theme(read_inline_svg(svg, name)) for name, svg in pictures.items()}
+    inline_pictures = {
+        name: apply_theme(read_inline_svg(svg, name)) for name, svg in pictures.items()
+    }
     template = make_environment().from_string(_read_text("page.html.j2"))
     style_sheet = _read_text("page.css") + _make_footer_rule(data["mark"])
     parts = live or Live("")
-    html = template.render(**data, pictures=inside, style=style_sheet + parts.style, live=parts)
+    html = template.render(
+        **data, pictures=inline_pictures, style=style_sheet + parts.style, live=parts
+    )
     if live is None:
         return html
     # matplotlib's figures have style attributes
@@ -227,14 +231,14 @@ def _make_footer_rule(mark: str) -> str:
 
 def draw_all(
     pictures: Sequence[Picture],
-    tell: Callable[[str, float], None],
+    progress: Callable[[str, float], None],
     start: float = 0.0,
     end: float = 1.0,
 ) -> dict[str, str]:
-    """Return {name: text of the SVG} of every picture; `tell` receives name and progress."""
+    """Return {name: text of the SVG} of every picture; `progress` receives name and progress."""
     texts = {}
     for index, picture in enumerate(pictures):
-        tell(f"figure {picture.name}", start + (end - start) * index / len(pictures))
+        progress(f"figure {picture.name}", start + (end - start) * index / len(pictures))
         texts[picture.name] = format_svg(picture.figure())
     return texts
 
@@ -307,6 +311,6 @@ def typeset_file(
         for name, content in (inputs | {"data.json": json.dumps(data)}).items():
             raw = content if isinstance(content, bytes) else content.encode()
             (Path(folder) / name).write_bytes(raw)
-        main = str(Path(folder) / "main.typ")
+        main_file = str(Path(folder) / "main.typ")
         options: dict[str, Any] = {"root": folder, "ignore_system_fonts": True, "timestamp": date}
-        return bytes(typst.compile(input=main, format="pdf", **options))
+        return bytes(typst.compile(input=main_file, format="pdf", **options))

@@ -366,11 +366,16 @@ def save(figure: Figure, path: Path, overwrite: bool = False) -> Path:
     if kind not in ("svg", "png", "pdf"):
         raise FileError(path, (f"extension '{path.suffix}' is unknown; use .svg, .png or .pdf"))
     meta = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
-    epoch = os.environ.get("SOURCE_DATE_EPOCH", "0")
-    if kind == "pdf" and not epoch.isdigit():  # Matplotlib reads it
-        raise QuantityError.of("SOURCE_DATE_EPOCH", f"'{epoch[:60]}' is not a number of seconds")
+    _check_date()
     with apply_style():
         return store_file(path, lambda p: figure.savefig(p, format=kind, metadata=meta), overwrite)
+
+
+def _check_date() -> None:
+    """Raise QuantityError for a SOURCE_DATE_EPOCH that Matplotlib cannot read."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH", "0")
+    if not epoch.isdigit():
+        raise QuantityError.of("SOURCE_DATE_EPOCH", f"'{epoch[:60]}' is not a number of seconds")
 
 
 def format_svg(figure: Figure, words: bool = False) -> str:
@@ -379,6 +384,7 @@ def format_svg(figure: Figure, words: bool = False) -> str:
     With `words`, its labels stay text, for a page with its own typeface. The figure is drawn only
     once, whereas `savefig` draws a figure with a layout twice.
     """
+    _check_date()
     buffer = io.StringIO()
     with apply_style(words):
         from matplotlib import rcParams

@@ -176,8 +176,8 @@ class RecordFile(ABC, Generic[R]):
         The file has the accepted failures of the file from which the record was read, if any.
         """
         fields: dict[str, Any] = {cls.holds: record, "accepted": list_accepted(record)}
-        bare = cls(name=name, sources={}, text="", **fields)
-        return cls.read(bare.render(name), f"{cls.holds} {name[:80]}")
+        new_file = cls(name=name, sources={}, text="", **fields)
+        return cls.read(new_file.render(name), f"{cls.holds} {name[:80]}")
 
     @classmethod
     def load(cls, source: str | Path, texts: Mapping[str, str]) -> Self:
@@ -223,8 +223,11 @@ class RecordFile(ABC, Generic[R]):
 
     def __str__(self) -> str:
         rows = list(self.rows())
-        wide, wider = (max(len(row[column]) for row in rows) for column in (0, 1))
-        lines = (f"  {path:<{wide}}  {text:<{wider}}  {kind}".rstrip() for path, text, kind in rows)
+        first_width, second_width = (max(len(row[column]) for row in rows) for column in (0, 1))
+        lines = (
+            f"  {path:<{first_width}}  {text:<{second_width}}  {kind}".rstrip()
+            for path, text, kind in rows
+        )
         return "\n".join([f"{self.holds} {self.title or self.name}", *lines])
 
     def _repr_html_(self) -> str:

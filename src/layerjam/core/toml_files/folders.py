@@ -72,7 +72,7 @@ def replace_folder(source: Path, out: Path) -> None:
     A folder that exists at `out` is exchanged with `source`, atomically if the system supports
     that, and removed with the hidden folder. Raises OSError.
     """
-    Appearing.begun = True
+    Appearing.begin()
     if not out.exists():
         os.rename(source, out)
     elif not _exchange_folders(source, out):

@@ -133,16 +133,16 @@ class Reader:
     def check_required(self, *more: str) -> None:
         """Raise FileError if a required value, or one of `more`, is missing."""
         tables = {p.rpartition(".")[0] for p in self.values}
-        due = [
+        missing_paths = [
             path
             for path, e in self.fields.items()
             if path not in self.values
             and (path in more or (e.required and not self._is_absent(path, e, tables)))
         ]
-        if due:
-            names = ", ".join(f"{p} ({self.fields[p].spec.text})" for p in due[:4])
-            reason = f"{names} {'is' if len(due) == 1 else 'are'} missing"
-            raise self.make_error(due[0] if "." in due[0] else "", reason)
+        if missing_paths:
+            names = ", ".join(f"{p} ({self.fields[p].spec.text})" for p in missing_paths[:4])
+            reason = f"{names} {'is' if len(missing_paths) == 1 else 'are'} missing"
+            raise self.make_error(missing_paths[0] if "." in missing_paths[0] else "", reason)
 
     @staticmethod
     def _is_absent(path: str, entry: Entry, tables: Collection[str]) -> bool:
@@ -150,8 +150,8 @@ class Reader:
 
     def build_record(self, cls: type[R], prefix: str = "") -> R:
         """Return the record of the values read under a prefix."""
-        inside = (p for p, _ in entries(cls, prefix) if p in self.values)
-        values = {p.removeprefix(prefix): self.values[p] for p in inside}
+        known_paths = (p for p, _ in entries(cls, prefix) if p in self.values)
+        values = {p.removeprefix(prefix): self.values[p] for p in known_paths}
         for key in self.groups if cls is self.kind else ():
             values[key] = tuple(self._build_plugins(key))
         with self.locate_errors():

@@ -73,9 +73,9 @@ class Source:
     def read(cls, table: Mapping[str, Any], name: str) -> tuple[Any, Self]:
         """Return a value and its source from { value = "13 mm", source = "caliper" }."""
         keys = {"value", "sd", *_KEYS}
-        odd = ", ".join(sorted(set(table) - keys))[:60]
-        if odd or "value" not in table:
-            problem = f"has the unknown key {odd}" if odd else "has no value"
+        unknown_keys = ", ".join(sorted(set(table) - keys))[:60]
+        if unknown_keys or "value" not in table:
+            problem = f"has the unknown key {unknown_keys}" if unknown_keys else "has no value"
             keys_text = ", ".join(sorted(keys))
             raise QuantityError(f"{name} {problem}; allowed keys: {keys_text}", quantity=name)
         words = {field: table[key] for key, field in _KEYS.items() if key in table}

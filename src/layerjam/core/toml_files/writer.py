@@ -151,9 +151,9 @@ def update_text(
         elif table or key in place:
             place[key] = item
         else:  # after tables, a plain key would belong to the last of them
-            full = tomlkit.table()
-            full.update(item)
-            place.append(key, full)
+            new_table = tomlkit.table()
+            new_table.update(item)
+            place.append(key, new_table)
     old_keys = [path for path, change in changes.items() if change is None]
     decisions = [*remaining(earlier, verdict, old_keys), *(verdict.decisions if verdict else ())]
     if decisions:

@@ -238,22 +238,22 @@ def export_html(
 
 def friction_at_full_vacuum(file: BrakeFile, numbers: Parameters) -> float:
     """Return c [N/m] at the full vacuum at the site."""
-    full = file.brake.site.atmosphere
-    return numbers.contact * full * (full / numbers.test_pressure) ** numbers.exponent
+    full_vacuum = file.brake.site.atmosphere
+    return numbers.contact * full_vacuum * (full_vacuum / numbers.test_pressure) ** numbers.exponent
 
 
 def common_results(kind: str, file: BrakeFile, numbers: Parameters, strict: bool) -> dict[str, Any]:
     """Return the data common to all exports: the fields of `Export`, and warnings."""
-    notices, snaps = [*file.warnings()], None
-    least = friction_at_full_vacuum(file, numbers)
-    if numbers.stiffness <= least:
-        snaps = Notice(
+    notices, snap_notice = [*file.warnings()], None
+    slope = friction_at_full_vacuum(file, numbers)
+    if numbers.stiffness <= slope:
+        snap_notice = Notice(
             f"the stiffness of {show(numbers.stiffness, 'N/m')} does not exceed "
-            f"{show(least, 'N/m')}, the rate at which friction falls with slip at the site's full "
+            f"{show(slope, 'N/m')}, the rate at which friction falls with slip at the site's full "
             "vacuum: the brake would snap, and its force would jump",
             "snaps",
         )
-        notices.append(snaps)
+        notices.append(snap_notice)
     if numbers.exponent:
         notices.append(
             Notice(
@@ -262,13 +262,13 @@ def common_results(kind: str, file: BrakeFile, numbers: Parameters, strict: bool
                 "pow",
             )
         )
-    stops = strict and snaps is not None
+    is_rejected = strict and snap_notice is not None
     return {
         "kind": kind,
-        "feasible": not stops,
-        "reason": str(snaps) if stops else None,
-        "sheet_friction": least * numbers.overlap,
-        "holds": least * numbers.overlap,
+        "feasible": not is_rejected,
+        "reason": str(snap_notice) if is_rejected else None,
+        "sheet_friction": slope * numbers.overlap,
+        "holds": slope * numbers.overlap,
         "warnings": notices,
     }
 

@@ -114,7 +114,7 @@ def _make_draft(folder: Path) -> Iterator[Path]:
             folder.mkdir(parents=True, exist_ok=True)
             with make_hidden_folder(folder) as draft:
                 yield draft
-                Appearing.begun = True
+                Appearing.begin()
                 for path in sorted(draft.iterdir()):
                     sidecar_path(folder / path.name).unlink(missing_ok=True)
                     os.replace(path, folder / path.name)
@@ -131,8 +131,8 @@ def _write_test(campaign: Campaign, test: Trial, trace: Trace, folder: Path) -> 
         draw = float(faults.make_rng(campaign.spec.seed, "practice", test.number + 1).random())
         cut = 0.3 + 0.65 * draw
     elif fault == "header_only":
-        none = np.empty(0)
-        trace = evolve(trace, force=none, elongation=none, time=none)
+        no_values = np.empty(0)
+        trace = evolve(trace, force=no_values, elongation=no_values, time=no_values)
     elif fault == "negative_force":
         trace = evolve(trace, force=-trace.force)
     elif fault == "saturated":
@@ -233,7 +233,7 @@ def suggest_commands(campaign: Campaign, folder: Path) -> list[str]:
         brake = quote_word(
             str(folder / brake_reference(subject)) if subject.file_text else subject.name
         )
-        mine = quote_word(str(folder / f"{subject.label}-tested.toml"))
+        brake_word = quote_word(str(folder / f"{subject.label}-tested.toml"))
         calibrated_file = quote_word(str(folder / f"{subject.label}-calibrated.toml"))
         tests = [t for t in campaign.tests if t.subject is subject]
         sleds = [t for t in tests if t.kind == "friction"]
@@ -243,8 +243,8 @@ def suggest_commands(campaign: Campaign, folder: Path) -> list[str]:
                 aged_file = quote_word(str(folder / f"{subject.label}-aged.toml"))
                 hold = f"--hold {max(spec_holds):g}s"
                 out.append(f"layerjam ageing {patterns} {hold} --brake {brake} --out {aged_file}")
-            out.append(f"layerjam friction {patterns} --brake {brake} --out {mine}")
-            brake = mine
+            out.append(f"layerjam friction {patterns} --brake {brake} --out {brake_word}")
+            brake = brake_word
         pulls = [t for t in tests if t.kind == "pull"]
         if pulls:
             highest = max(t.vacuum or 0.0 for t in pulls)

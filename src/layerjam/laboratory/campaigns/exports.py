@@ -115,7 +115,7 @@ class Form:
 
 
 def encode_file(trace: Trace, form: Form, force_unit: str = "N", cut: float | None = None) -> bytes:
-    """Return the file's bytes; `cut` is the fraction of rows after which it ends mid-line."""
+    """Return the file's bytes; it ends mid-line after `cut` of the rows."""
     if trace.time is None:
         raise QuantityError("a trace without time cannot be written")
     layout, (encoding, decimal, _) = form.details, form.choices()
@@ -156,10 +156,10 @@ def _format_rows(layout: Layout, trace: Trace, time: Array, mark: str, decimal: 
     travel, force, count = trace.elongation * 1e3, trace.force, len(trace)
     every = {"t": time, "m": trace.elongation, "f": force, "F": force}
     every |= {"x": travel, "X": travel, "c": travel + 250.0}
-    flat = np.column_stack([every[c] for c in layout.columns]).ravel().tolist() if count else ()
+    numbers = np.column_stack([every[c] for c in layout.columns]).ravel().tolist() if count else ()
     # insert the decimal sign last: a comma between columns is not a decimal sign
     row = "\0".join(layout.columns.values()) + layout.newline
-    return (row * count % tuple(flat)).replace(".", decimal).replace("\0", mark)
+    return (row * count % tuple(numbers)).replace(".", decimal).replace("\0", mark)
 
 
 def _truncate_rows(text: str, mark: str, rows: int, part: float) -> str:

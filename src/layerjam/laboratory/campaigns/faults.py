@@ -131,7 +131,7 @@ def sample_times(machine: Faults, seed: int, tests: npt.NDArray[np.int64], count
     time = np.arange(count) / machine.sampling_rate
     if machine.jitter <= 0:
         return np.broadcast_to(time, (len(tests), count))
-    # limited to 2 standard deviations, so that time stamps remain in order
+    # limit to 2 standard deviations, so that time stamps remain in order
     shift = np.clip(draw_normals(seed, "jitter", tests, count), -2, 2) * machine.jitter
     shift[:, [0, -1]] = 0.0
     return time + shift

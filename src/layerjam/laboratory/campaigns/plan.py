@@ -85,13 +85,13 @@ def plan_tests(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
         sample_count(pull_duration(spec, speed), spec.machine)
     if spec.friction.repeats:
         sample_count(spec.friction.travel / spec.friction.speed, make_sled_machine(spec))
-    plain = [*_plan_friction_tests(spec, subjects), *_plan_pulls(spec, subjects)]
-    if len({t.name for t in plain}) < len(plain):
+    regular_tests = [*_plan_friction_tests(spec, subjects), *_plan_pulls(spec, subjects)]
+    if len({t.name for t in regular_tests}) < len(regular_tests):
         raise QuantityError.of("pulls", "two vacuums or speeds agree to five digits")
-    last = max(1, len(plain) - 1)
+    last = max(1, len(regular_tests) - 1)
     tests = [
         _add_scatter(spec, evolve(t, number=n, warmer=spec.machine.warming * n / last))
-        for n, t in enumerate(plain)
+        for n, t in enumerate(regular_tests)
     ]
     return subjects, _add_outliers(spec, _add_practice_faults(spec, tests))
 
@@ -189,8 +189,10 @@ def _plan_pulls(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
 
 def _plan_friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
     tests = spec.friction
-    holds: Sequence[float | None] = tests.holds or (None,)
-    for subject, hold, number in itertools.product(subjects, holds, _pad_numbers(tests.repeats)):
+    hold_times: Sequence[float | None] = tests.holds or (None,)
+    for subject, hold, number in itertools.product(
+        subjects, hold_times, _pad_numbers(tests.repeats)
+    ):
         ending = number if hold is None else f"hold{hold:.5g}s_{number}"
         yield Trial(
             kind="friction",
@@ -239,25 +241,29 @@ def _add_practice_faults(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
 
 def _add_outliers(spec: Spec, tests: Sequence[Trial]) -> tuple[Trial, ...]:
     """Return the tests, with some pulls, or all pulls at some vacuums, turned into outliers."""
-    odd = spec.odd
+    outlier_spec = spec.odd
     places: dict[tuple[object, ...], list[int]] = {}
     for test in tests:
         if test.kind == "pull":
-            key = (test.subject.label, test.vacuum) if odd.per == "vacuum" else (test.number,)
+            key = (
+                (test.subject.label, test.vacuum)
+                if outlier_spec.per == "vacuum"
+                else (test.number,)
+            )
             places.setdefault(key, []).append(test.number)
     order = faults.make_rng(spec.seed, "odd", 0).permutation(len(places)).tolist()
     members = [*places.values()]
-    outliers = {number for place in order[: odd.how_many] for number in members[place]}
+    outliers = {number for place in order[: outlier_spec.how_many] for number in members[place]}
     return tuple(_make_outlier(spec, test) if test.number in outliers else test for test in tests)
 
 
 def _make_outlier(spec: Spec, test: Trial) -> Trial:
-    odd, atmosphere = spec.odd, test.subject.true.site.atmosphere
-    vacuum = (test.true_vacuum or 0.0) * (1 + odd.vacuum_change)
+    outlier_spec, atmosphere = spec.odd, test.subject.true.site.atmosphere
+    vacuum = (test.true_vacuum or 0.0) * (1 + outlier_spec.vacuum_change)
     if vacuum > atmosphere:
         raise QuantityError.of(
             "odd.vacuum_change",
-            f"{odd.vacuum_change:g} changes {show(test.vacuum or 0.0, 'Pa', 6)} to "
+            f"{outlier_spec.vacuum_change:g} changes {show(test.vacuum or 0.0, 'Pa', 6)} to "
             f"{show(vacuum, 'Pa', 6)}; a vacuum cannot exceed atmospheric pressure, "
             f"{show(atmosphere, 'Pa', 6)}",
         )
@@ -265,9 +271,9 @@ def _make_outlier(spec: Spec, test: Trial) -> Trial:
         test,
         odd=True,
         true_vacuum=vacuum,
-        true_speed=test.speed * (1 + odd.speed_change),
-        friction=test.friction * (1 + odd.friction_change),
-        stiffness=test.stiffness * (1 + odd.stiffness_change),
-        overshoot=odd.overshoot or test.overshoot,
-        seating=odd.seating or test.seating,
+        true_speed=test.speed * (1 + outlier_spec.speed_change),
+        friction=test.friction * (1 + outlier_spec.friction_change),
+        stiffness=test.stiffness * (1 + outlier_spec.stiffness_change),
+        overshoot=outlier_spec.overshoot or test.overshoot,
+        seating=outlier_spec.seating or test.seating,
     )

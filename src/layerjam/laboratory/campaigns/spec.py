@@ -161,8 +161,8 @@ class Files:
 
     def list_forms(self) -> list[Form]:
         """Return the forms between which the files alternate."""
-        same = {"encoding": self.encoding, "decimal": self.decimal, "language": self.language}
-        return [Form(layout=layout, **same) for layout in self.layouts]
+        base_form = {"encoding": self.encoding, "decimal": self.decimal, "language": self.language}
+        return [Form(layout=layout, **base_form) for layout in self.layouts]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -57,17 +57,17 @@ def simulate_gripped_pull(
     slip = _zeros(
         lambda x: x + grip_elongation(excess_force(x)) - stretch, np.zeros_like(stretch), stretch
     )
-    slides = grip_elongation(first) < stretch
-    slip = np.where(slides, slip, 0.0)
-    return slip, np.where(slides, excess_force(slip), stuck)
+    is_sliding = grip_elongation(first) < stretch
+    slip = np.where(is_sliding, slip, 0.0)
+    return slip, np.where(is_sliding, excess_force(slip), stuck)
 
 
 def _zeros(function: Callable[[Array], Array], low: Array, high: Array) -> Array:
     """Return, by bisection, the zeros of an increasing function between two arrays."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        below = function(middle) < 0
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
+        is_negative = function(middle) < 0
+        low, high = np.where(is_negative, middle, low), np.where(is_negative, high, middle)
     return np.asarray((low + high) / 2)
 
 
@@ -87,8 +87,8 @@ def group_pulls(tests: Sequence[Trial]) -> list[tuple[float, list[Trial]]]:
 def check_pulls(spec: Spec, tests: Sequence[Trial]) -> None:
     """Raise QuantityError if a pull is impossible; this is quick: no samples are simulated."""
     for speed, group in group_pulls(tests):
-        turn = (spec.machine.slack + spec.pulls.travel) / speed
-        ends = np.array([[0.0, turn, turn + spec.pulls.unload / speed]])
+        turn_time = (spec.machine.slack + spec.pulls.travel) / speed
+        ends = np.array([[0.0, turn_time, turn_time + spec.pulls.unload / speed]])
         _simulate_pull_force(spec, group, ends)
 
 
@@ -117,8 +117,8 @@ def _simulate_pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Arr
     spring = 1 / (1 / stiffness + machine.compliance)
     brakes = _batch_brakes(true, spring, tests)
     start = machine.preload / spring
-    turn = (machine.slack + spec.pulls.travel) / speed
-    rising = np.minimum(time, turn)
+    turn_time = (machine.slack + spec.pulls.travel) / speed
+    rising = np.minimum(time, turn_time)
     stretch = np.maximum(speed * rising - machine.slack, 0.0) + start
     vacuum = _as_column([float(t.true_vacuum or 0.0) for t in tests]) - machine.vacuum_loss * rising
     slip, rising_force = _compute_slip_and_force(spec, tests, stretch, vacuum, brakes, spring)
@@ -128,7 +128,7 @@ def _simulate_pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Arr
             f"a pull of {subject.label} is impossible; the vacuum must be zero or more "
             "and below the value at which the brake snaps on its mount",
         )
-    return_travel = speed * np.maximum(time - turn, 0.0)
+    return_travel = speed * np.maximum(time - turn_time, 0.0)
     if spec.pulls.unload > 0:
         _check_return_stroke(subject, slip, vacuum, brakes)
     # on the return stroke the sheets stick and only the spring relaxes; a brake cannot push

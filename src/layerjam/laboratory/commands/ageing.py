@@ -84,7 +84,7 @@ def ageing(
     rule = find_standard(test.standard)
     span = test.kinetic_window(rule)
     by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY
-    odd: list[str] = []
+    file_warnings: list[str] = []
 
     def reduce_pull(trace: "Trace") -> "tuple[Trace, float, float]":
         pressed = test.normal_force or trace.facts.normal_force or by_rule
@@ -96,7 +96,7 @@ def ageing(
         repeat = reduce_repeat(trace, pressed, span, rule, test.accept_stick_slip, test.tare)
         zero = repeat.record.zero
         if zero is not None and abs(zero.effect(repeat.static * pressed)) > NOTICED:
-            odd.append(
+            file_warnings.append(
                 f"{Path(trace.path).name}: the force is {show(zero.force, 'N')} before the load "
                 "rises: a zero error, or a preload (--tare subtracts it)"
             )
@@ -117,7 +117,7 @@ def ageing(
         understood=describe_readings(t for t, _, _ in used),
         refused=refusals,
         file=path,
-        warnings=[*[SYNTHETIC] * _has_synthetic(used), *odd, *fit.warnings, *notices],
+        warnings=[*[SYNTHETIC] * _has_synthetic(used), *file_warnings, *fit.warnings, *notices],
         record=fit,
     )
 

@@ -16,6 +16,7 @@ from layerjam.brake.commands.arguments import (
 )
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.spread import rate_enclosure
 from layerjam.brake.simulate.quantities import SEED
 from layerjam.core.command.declare import Help, Progress, command, options
 from layerjam.core.command.results import Figure, Judged, fact, number, result
@@ -96,13 +97,13 @@ def _describe_pulls_needed(row: Mapping[str, Any]) -> str:
         return f"already within {width}"
     if row["likely"] is None:
         return f"even 1000 further pulls would not narrow it to {width}"
-    alike = max(widths.values()) <= ALIKE * widths[condition]
-    place = "any of these vacuums" if alike and len(widths) > 1 else condition
-    after = f"one more pull at {place}: ± {widths[condition]:.2%}"
-    sure = "more than 1000" if row["sure"] is None else f"{row['sure']}"
+    is_any_condition = max(widths.values()) <= ALIKE * widths[condition]
+    place = "any of these vacuums" if is_any_condition and len(widths) > 1 else condition
+    forecast = f"one more pull at {place}: ± {widths[condition]:.2%}"
+    sure_count = "more than 1000" if row["sure"] is None else f"{row['sure']}"
     return (
-        f"{after}; {row['likely']} more are expected to reach {width} at the same "
-        f"scatter, {sure} to reach it in four of five cases"
+        f"{forecast}; {row['likely']} more are expected to reach {width} at the same "
+        f"scatter, {sure_count} to reach it in four of five cases"
     )
 
 
@@ -265,13 +266,13 @@ def calibrate(
 
     free = _select_free_parameters(free, depth)
     files, specimens_out, exclusions = left_out.split_excluded(files, options)
-    used, refusals, odd = read_pulls(
+    used, refusals, file_warnings = read_pulls(
         files, brake, vacuum, options, _find_test(depth), progress, specimens_out, tare
     )
     used, outliers = _exclude_outliers(used, brake.brake)
     exclusions += outliers
-    fit = _name_outliers(_fit_brake(depth, used, brake.brake, free, sampling, progress), outliers)
-    traces = [t for t, _, _ in used]
+    fit = _fit_brake(depth, used, rate_enclosure(brake), free, sampling, progress)
+    fit, traces = _name_outliers(fit, outliers), [t for t, _, _ in used]
     source = list_inputs(brake, traces)
     verdict = judge(fit.checks, accept, list(fit.sources), out, files=len(used))
     facts = {"exclusions": exclusions, "files": source["files"], "verdict": verdict}
@@ -292,7 +293,7 @@ def calibrate(
         excluded=exclusions,
         refused=refusals,
         file=path,
-        warnings=[*_calibration_notices(brake, fit, depth), *odd, *notices],
+        warnings=[*_calibration_notices(brake, fit, depth), *file_warnings, *notices],
         record=(brake, fit),
         traces=traces,
     )
@@ -381,7 +382,7 @@ def _fit_brake(
         return calibrate_peaks(curves, brake)
     if depth == "curves":
         return calibrate_curves(curves, brake, free, tell)
-    from layerjam.brake.mechanics.effects import depends_on_speed
+    from layerjam.brake.mechanics.speed_effects import depends_on_speed
     from layerjam.laboratory.identify.bayes.fit import calibrate_bayesian
 
     if depends_on_speed(brake):

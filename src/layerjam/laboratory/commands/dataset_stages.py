@@ -30,7 +30,7 @@ STAGES = ("friction", "calibration", "validation")
 
 
 def derive_results(
-    root: Path, recipe: Recipe, out: Path, tell: Progress
+    root: Path, recipe: Recipe, out: Path, progress: Progress
 ) -> "tuple[Recipe, BrakeReport]":
     """Write the results of a dataset in `root` to the folder `out`.
 
@@ -50,12 +50,12 @@ def derive_results(
             friction=paths["friction"], pulls=paths["calibrate"], validate=paths["validate"]
         ),
         settings,
-        tell,
+        progress,
         command="layerjam publish; `layerjam recompute` computes it again",
         date=facts.date if facts else None,
         names=names,
     )
-    brake_files.write_report(content, out / crate.REPORT, say=lambda what: tell(what, 0.8))
+    brake_files.write_report(content, out / crate.REPORT, progress=lambda what: progress(what, 0.8))
     measurements = read_campaign(root / crate.RAW, settings.options).measurements
     idle = (name for name in (f"{crate.RAW}/{m}" for m in measurements) if name not in sources)
     recipe = replace(

@@ -1,6 +1,6 @@
 """`enclosure`: modulus and hyperelastic fit of the enclosure's silicone."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial as bound
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -137,10 +137,9 @@ def enclosure(
 ) -> SiliconeFit:
     """Fit the modulus and a hyperelastic model of the enclosure's silicone to ASTM D412 curves.
 
-    `start` and `end` bound the strain of the initial slope; `fit_to` is the maximum strain that is
-    fitted. `tare` subtracts the stress without strain. Specimens (files) of one material are
-    pooled. `material` names the silicone to compare with, if the files do not. With `brake` and
-    `out`, the mean 100 % modulus is written into that copy; with `hyperelastic`, also the model.
+    `start` and `end` bound the strain of the initial slope. `tare` subtracts the stress without
+    strain. Specimens of one material are pooled. `material` names the silicone to compare with.
+    `brake` and `out` write the mean 100 % modulus into a copy; `hyperelastic`, also the model.
     """
     from layerjam.laboratory.identify.rubber.specimen_checks import check_specimens
     from layerjam.laboratory.identify.rubber.specimens import load_sheets, make_rows, pool, read
@@ -151,14 +150,16 @@ def enclosure(
     read_specimen = bound(read, window=(start, end), options=options, tare=tare, **sizes)
     specimens, refusals = map_files(list_files(files), lambda p: [("", bound(read_specimen, p))])
     specimens_by_path = {row[0].path: row for row in specimens}
-    warnings: list[str] = [w for s, m, *_ in specimens for w in (*s.warnings, *m.warnings)]
     rows = make_rows(specimens_by_path, material, sheets)
-    values = pool(specimens, list(rows.values()), fit_to)
-    warnings += [] if values else [SEVERAL_MATERIALS]
+    values = pool(specimens, [*rows.values()], fit_to)
     changes = _brake_changes(values, specimens_by_path, brake, hyperelastic)
     checks = check_specimens(rows, values, hyperelastic)
     verdict = judge(checks, accept, list(changes), out, files=len(specimens))
-    path, notices = _write_brake(brake, out, changes, overwrite, bool(refusals), partial, verdict)
+    path, notices = None, list[Notice]()
+    if brake is not None:
+        text = _make_text(brake, values, specimens, changes, verdict)
+        path, notices = write_brake(out, text, overwrite, bool(refusals), partial, verdict)
+        notices += _list_factor_notices(brake, path)
     return SiliconeFit.create(
         values,
         verdict,
@@ -167,9 +168,15 @@ def enclosure(
         understood={p: list(s.understood) for p, (s, *_) in specimens_by_path.items()},
         refused=refusals,
         file=path,
-        warnings=[*warnings, *notices],
+        warnings=[*_list_warnings(specimens, values), *notices],
         record=specimens_by_path,
     )
+
+
+def _list_warnings(specimens: Sequence[Any], values: Mapping[str, Any]) -> list[str]:
+    """Return the warnings of the specimens, and one if they are of several materials."""
+    warnings: list[str] = [w for s, m, *_ in specimens for w in (*s.warnings, *m.warnings)]
+    return warnings if values else [*warnings, SEVERAL_MATERIALS]
 
 
 def _check_options(
@@ -191,31 +198,30 @@ def _check_options(
         raise UnknownNameError("silicone", material, sheets)
 
 
-def _write_brake(
-    brake: BrakeFile | None,
-    out: str | Path | None,
-    changes: Mapping[str, tuple[float, Source] | None],
-    overwrite: bool,
-    refused: bool,
-    partial: bool,
-    verdict: Verdict,
-) -> tuple[str | None, list[Notice]]:
-    """Write the changed brake.
-
-    Returns the path, and a notice that the scale factor is that of the old enclosure.
-    """
-    if brake is None:
-        return None, []
-    text = bound(updated_text, brake, changes=changes, verdict=verdict)
-    path, notices = write_brake(out, text, overwrite, refused, partial, verdict)
+def _list_factor_notices(brake: BrakeFile, path: str | None) -> Iterator[Notice]:
+    """Yield a notice if the scale factor of the brake written is that of the old enclosure."""
     factor = brake.brake.scale_factor
     if path and factor != 1.0:
         old = (
             f"the scale factor {factor:g} was fitted with the old enclosure; run "
             "'layerjam calibrate' again"
         )
-        notices = [*notices, Notice(old, "old-scale-factor")]
-    return path, notices
+        yield Notice(old, "old-scale-factor")
+
+
+def _make_text(
+    brake: BrakeFile,
+    values: Mapping[str, Any],
+    specimens: Sequence[Any],
+    changes: Mapping[str, tuple[float, Source] | None],
+    verdict: Verdict,
+) -> Callable[[], str]:
+    """Return what writes the brake with its changes and with the scatter of the specimens."""
+    from layerjam.laboratory.identify.rubber.evidence import make_enclosure_evidence
+
+    strain = min(moduli.strain_at_end for _, moduli, *_ in specimens)
+    evidence = make_enclosure_evidence(brake, values, strain, changes)
+    return bound(updated_text, brake, changes=changes, verdict=verdict, evidence=evidence)
 
 
 def _brake_changes(
@@ -234,38 +240,19 @@ def _brake_changes(
     source = modulus["enclosure.modulus"][1]
     changes = {
         **modulus,
-        **_uncertainty_changes(values, brake, source),
         **_model_changes(values, brake, source, hyperelastic),
     }
     return mark_sources(changes, any(specimen.synthetic for specimen, *_ in results.values()))
 
 
-def _uncertainty_changes(
-    values: Mapping[str, Any], brake: BrakeFile, modulus: Source
-) -> dict[str, tuple[float, Source] | None]:
-    """Return the uncertainty of the enclosure's force, if several specimens show their scatter.
-
-    A value that the brake states remains, because it may include a test of the friction.
-    """
-    from layerjam.brake.device.enclosure import SILICONE_FRICTION, combine_uncertainty
-
-    sd, count = values.get("modulus_100_sd"), values["specimens"]
-    if not sd or brake.brake.enclosure.force_uncertainty is not None:
-        return {}
-    relative = sd / values["modulus_100"] / count**0.5
-    text = f"modulus of {count} specimens; friction known within a factor of {SILICONE_FRICTION}"
-    source = Source(kind=modulus.kind, text=text)
-    return {"enclosure.force_uncertainty": (round(combine_uncertainty(relative), 4), source)}
-
-
 def _model_changes(
-    values: Mapping[str, Any], brake: BrakeFile, modulus: Source, wanted: bool
+    values: Mapping[str, Any], brake: BrakeFile, modulus: Source, is_requested: bool
 ) -> dict[str, tuple[float, Source] | None]:
     """Return the chosen model in the form of a brake file, replacing the existing one."""
     from layerjam.brake.device.hyperelastic import NAMES
 
     old = [path for path in brake.sources if path.startswith("hyperelastic.")]
-    if not wanted:
+    if not is_requested:
         if old:
             raise QuantityError(
                 "hyperelastic: the brake has the model of a different enclosure; replace it too "

@@ -69,10 +69,10 @@ def read_each(
     def use_once(trace: Trace) -> T:
         path = trace.path or "an earlier trace"
         name = f"{path}, specimen {trace.specimen}" if trace.specimen else path
-        same = records.find_original(trace)
-        if same is not None:
+        original = records.find_original(trace)
+        if original is not None:
             raise FitError(
-                f"contains the same record as {same}, exported with a different sampling "
+                f"contains the same record as {original}, exported with a different sampling "
                 "rate or number format; it is counted once"
             )
         value = use(trace)
@@ -156,8 +156,8 @@ def _describe_refusals(refusals: Sequence[str], files: Sequence[str]) -> str:
         for count, noun in ((file_count, "file"), (len(refusals) - file_count, "specimen"))
         if count
     ]
-    was = "was" if len(refusals) == 1 else "were"
-    return f" ({' and '.join(parts)} {was} also rejected)" if parts else ""
+    verb = "was" if len(refusals) == 1 else "were"
+    return f" ({' and '.join(parts)} {verb} also rejected)" if parts else ""
 
 
 def _specimen_name(source: Measured, number: int) -> str:
@@ -225,10 +225,15 @@ def metadata_notices(
 def _describe_sheet_difference(file_sheets: Sheets, brake_sheets: Sheets) -> str:
     """Return the first dimension that differs between the sheets, as the end of a sentence."""
     for field in fields(Sheets):
-        was, has = getattr(file_sheets, field.name), getattr(brake_sheets, field.name)
-        if abs(was - has) > 0.01 * was:
+        file_value, size = (
+            getattr(file_sheets, field.name),
+            getattr(brake_sheets, field.name),
+        )
+        if abs(file_value - size) > 0.01 * file_value:
             spec = get_spec(Sheets, field.name)
-            return f", whose {spec.text} is {show(has, spec.unit)}, not {show(was, spec.unit)}"
+            return (
+                f", whose {spec.text} is {show(size, spec.unit)}, not {show(file_value, spec.unit)}"
+            )
     return ""
 
 
@@ -292,7 +297,7 @@ def read_pulls(
     from layerjam.laboratory.identify.pull.summary import find_baseline, pull_summary, subtract_tare
 
     check_vacuum(vacuum or 0.0, file.brake)
-    odd: list[str] = []
+    file_warnings: list[str] = []
 
     def reduce_pull(trace: Trace) -> "tuple[Trace, PullFeatures, float]":
         pressure = _find_pull_vacuum(trace, vacuum, file.brake)
@@ -305,15 +310,17 @@ def read_pulls(
                 f"{show(overlap, 'm')}: check the unit of the elongation"
             )
         test(pull, pressure, file.brake)
-        odd.extend(trace.warnings)
+        file_warnings.extend(trace.warnings)
         baseline = find_baseline(trace, pull)
-        odd.extend(_list_trace_notices(Path(trace.path).name, pull_summary(trace), baseline))
+        file_warnings.extend(
+            _list_trace_notices(Path(trace.path).name, pull_summary(trace), baseline)
+        )
         pull = replace(pull.thinned(CURVE), baseline=baseline)
         return trace.thinned(PICTURE), pull, pressure
 
     used, refusals = read_each(files, reduce_pull, options, progress, specimens_out)
-    odd += [w for t, _, p in used for w in metadata_notices(t, file, vacuum, p)]
-    return used, refusals, odd
+    file_warnings += [w for t, _, p in used for w in metadata_notices(t, file, vacuum, p)]
+    return used, refusals, file_warnings
 
 
 def write_brake(

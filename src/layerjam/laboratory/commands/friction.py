@@ -160,12 +160,14 @@ def friction(
     used, refusals = read_each(files, bound(_reduce_trace, test, rule), options, progress)
     normal = _common_load({trace.path: load for trace, _, load in used})
     traces = [trace for trace, _, _ in used]
-    odd = [w for trace in traces for w in trace.warnings]
+    file_warnings = [w for trace in traces for w in trace.warnings]
     film = _find_film_reference(traces, brake)
-    result = pool([r for _, r, _ in used], odd, normal, span, rule, accept_envelope, film)
+    result = pool([r for _, r, _ in used], file_warnings, normal, span, rule, accept_envelope, film)
     verdict = judge(result.checks, accept, list_numbers(result), out, files=len(used))
     warnings = [*result.warnings, *_load_notices(traces, normal, test.normal_force is None, rule)]
-    pressure, notices = _pressure(normal, test, traces, brake.brake.site if brake else Site(), rule)
+    pressure, notices = _compute_pressures(
+        normal, test, traces, brake.brake.site if brake else Site(), rule
+    )
     warnings += [*_stick_slip_notices(result), *notices]
     path = None
     if brake is not None:
@@ -257,7 +259,7 @@ def _load_notices(
             )
 
 
-def _pressure(
+def _compute_pressures(
     load: float, test: FrictionTest, traces: Sequence[Trace], site: Site, rule: Standard
 ) -> tuple[dict[str, Any], list[Notice]]:
     """Return the pressures in the test and in the brake, and a notice if they differ.

@@ -128,10 +128,10 @@ def lab(
     warnings = [Notice("the files are synthetic: written by a program, not measured", "synthetic")]
     if record.strangers:
         count = record.strangers
-        others = "1 other file" if count == 1 else f"{count} other files"
+        count_text = "1 other file" if count == 1 else f"{count} other files"
         verb, were = ("does", "it was") if count == 1 else ("do", "they were")
         were = f"{verb} not belong to this campaign; {were}"
-        sentence = f"{others} in {record.folder} {were} there before"
+        sentence = f"{count_text} in {record.folder} {were} there before"
         warnings.append(Notice(sentence, "strangers"))
     return PracticeFiles(
         folder=str(record.folder),

@@ -48,7 +48,7 @@ class LeakFound(Judged):
     leak_rate_sccm: float | None = number("cm^3/min at 0 °C and 101325 Pa", "leak rate in sccm")
     pressure_change_rate: float = number("Pa/s", "rate of pressure change there")
     mean_pressure: float = number("Pa", "mean absolute pressure of the window")
-    side: str = fact("whether it is above or below atmospheric pressure")
+    side: str = fact("whether the mean pressure is above or below atmospheric pressure")
     reading: str = fact("pressure reference")
     atmosphere: float = number("Pa", "atmospheric pressure at the site")
     zero_fitted: float | None = number("Pa", "fitted zero of the sensor")

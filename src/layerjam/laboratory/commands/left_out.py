@@ -87,7 +87,7 @@ class LeftOut:
             {
                 "file": _full_name(path, label),
                 "because": reason,
-                "sha256": _digest(by_name[path]),
+                "sha256": _hash_source(by_name[path]),
                 "automatic": False,
             }
             for (path, label), reason in meanings.items()
@@ -119,7 +119,7 @@ def exclusion_row(source: Measured, reason: str) -> dict[str, Any]:
     return {
         "file": _source_name(source),
         "because": reason,
-        "sha256": _digest(source),
+        "sha256": _hash_source(source),
         "automatic": True,
     }
 
@@ -174,12 +174,12 @@ def _resolve_source(name: str, files: Sequence[Measured]) -> tuple[str, str]:
 
 def _match_path(name: str, files: Sequence[Measured]) -> str | None:
     """Return the file with that path or unique name; None if there is none."""
-    same = [f for f in files if _source_name(f) == name]
-    same = same or [f for f in files if Path(_source_name(f)).name == name]
-    if len(same) > 1:
-        paths = ", ".join(map(_source_name, same))
+    matches = [f for f in files if _source_name(f) == name]
+    matches = matches or [f for f in files if Path(_source_name(f)).name == name]
+    if len(matches) > 1:
+        paths = ", ".join(map(_source_name, matches))
         raise QuantityError.of("exclude", f"{name} is the name of several files: {paths}")
-    return _source_name(same[0]) if same else None
+    return _source_name(matches[0]) if matches else None
 
 
 def _pick_specimens(
@@ -204,7 +204,7 @@ def _pick_specimens(
     return set(labels)
 
 
-def _digest(source: Measured) -> str | None:
+def _hash_source(source: Measured) -> str | None:
     from layerjam.laboratory.identify.provenance import sha256
 
     path = source.path if isinstance(source, Trace) else str(source)

@@ -44,7 +44,7 @@ class Measurements:
     ] = ()
 
     def split_pulls(
-        self, reading: FileOptions, tell: Progress
+        self, reading: FileOptions, progress: Progress
     ) -> tuple[Sequence[Measured], Sequence[Measured]]:
         """Return the pulls for calibration and those for validation."""
         pulls, others = list_files(self.pulls), list_files(self.validate)
@@ -55,7 +55,7 @@ class Measurements:
         if holdout and not pulls:
             raise QuantityError("--holdout: requires --pulls, from which it reserves some")
         if holdout:
-            calibration, held_back = _split_holdout(pulls, holdout, reading, tell)
+            calibration, held_back = _split_holdout(pulls, holdout, reading, progress)
             return calibration, [*held_back, *others]
         if choice:
             identities = {_source_identity(p) for p in choice}
@@ -73,14 +73,14 @@ def _source_identity(source: Measured) -> str:
 
 
 def _split_holdout(
-    pulls: Sequence[Measured], holdout: Sequence[str], reading: FileOptions, tell: Progress
+    pulls: Sequence[Measured], holdout: Sequence[str], reading: FileOptions, progress: Progress
 ) -> tuple[list[Measured], list[Measured]]:
     """Return the pulls for calibration, and those at a vacuum, speed or repeat in `holdout`."""
     from layerjam.laboratory.identify.curves import crosshead_speed
     from layerjam.laboratory.measure.readers.read import read_trace
 
     conditions = [_parse_condition(text) for text in holdout]
-    tell(f"reserving {', '.join(holdout)}", 0.05)
+    progress(f"reserving {', '.join(holdout)}", 0.05)
     kept_pulls: list[Measured] = []
     held_pulls: list[Measured] = []
     levels: set[float] = set()

@@ -184,8 +184,13 @@ class Recomputed(Result):
         yield from (f"  {file}: {reason}" for file, reason in self.not_compared.items())
         yield ""
         for name in dict.fromkeys((*original, *local)):
-            was, has = original.get(name, "not stated"), local.get(name, "not installed here")
-            yield f"{name} {was}" + ("" if was == has else f", here {has}")
+            original_version, local_version = (
+                original.get(name, "not stated"),
+                local.get(name, "not installed here"),
+            )
+            yield f"{name} {original_version}" + (
+                "" if original_version == local_version else f", here {local_version}"
+            )
 
 
 def _format_number(value: Any) -> str:

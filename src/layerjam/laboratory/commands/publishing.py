@@ -41,7 +41,7 @@ def write_dataset(
     methods: HowTested,
     details: Details,
     overwrite: bool,
-    tell: Progress,
+    progress: Progress,
 ) -> tuple[BrakeFile, dict[str, Any]]:
     """Write a dataset, completely or not at all, unless a check fails.
 
@@ -52,7 +52,7 @@ def write_dataset(
     page.require_extras()
     notices = details.notices()
     _check_writable(folder, out, overwrite)
-    tell("examining the files", 0.0)
+    progress("examining the files", 0.0)
     files = campaigns.map_campaign(folder)
     line_text = None if line is None else load_line(line).text
     with (
@@ -69,22 +69,22 @@ def write_dataset(
             write_files(staging, {name: text for name, text in texts.items() if text is not None})
             uses = _group_by_use(campaign, folder, measurements)
             options = _name_exclusions(changed_options(methods), folder)
-            recipe, content = _write_results(staging, uses, options, methods, details, tell)
+            recipe, content = _write_results(staging, uses, options, methods, details, progress)
         except FileError as err:
             raise _relocate_error(err, staging, folder) from None
-        stops = bool(content.verdict.failed)
-        if not stops:
+        has_failed = bool(content.verdict.failed)
+        if not has_failed:
             replace_folder(staging, out)
     return file, dict(
-        folder=None if stops else str(out),
-        files=[] if stops else checksums.list_files(out),
+        folder=None if has_failed else str(out),
+        files=[] if has_failed else checksums.list_files(out),
         friction_tests=len(recipe.used("friction")),
         calibrated_on=len(recipe.used("calibrate")),
         validated_on=len(recipe.used("validate")),
-        crate=None if stops else str(out / METADATA),
-        checksums=None if stops else str(out / checksums.NAME),
-        fingerprint=None if stops else sha256(out / checksums.NAME),
-        report=None if stops else str(out / REPORT / "report.html"),
+        crate=None if has_failed else str(out / METADATA),
+        checksums=None if has_failed else str(out / checksums.NAME),
+        fingerprint=None if has_failed else sha256(out / checksums.NAME),
+        report=None if has_failed else str(out / REPORT / "report.html"),
         licence=details.licence,
         authors=[vars(author) for author in details.authors],
         refused=_relate_refusals(content),
@@ -129,10 +129,10 @@ def _write_results(
     options: dict[str, Any],
     methods: HowTested,
     details: Details,
-    tell: Progress,
+    progress: Progress,
 ) -> "tuple[Recipe, BrakeReport]":
     """Compute the results from the raw files, and write them next to the raw files."""
-    friction, calibration_pulls, test_pulls = _find_used_files(staging, uses, methods, tell)
+    friction, calibration_pulls, test_pulls = _find_used_files(staging, uses, methods, progress)
     recipe = Recipe(
         versions=list_program_versions(),
         brake=BRAKE,
@@ -144,7 +144,7 @@ def _write_results(
         validate=test_pulls,
     )
     write_files(staging, {RECIPE: recipe.text()})
-    recipe, content = derive_results(staging, read_recipe(staging), staging, tell)
+    recipe, content = derive_results(staging, read_recipe(staging), staging, progress)
     description = describe_dataset(staging, checksums.list_files(staging), recipe, details, content)
     write_files(staging, {METADATA: description})
     sums = checksums.format_checksums(staging, checksums.list_files(staging))
@@ -224,7 +224,7 @@ def _make_list(files: Any) -> list[Any]:
 
 
 def _find_used_files(
-    staging: Path, uses: Measurements, methods: HowTested, tell: Progress
+    staging: Path, uses: Measurements, methods: HowTested, progress: Progress
 ) -> list[tuple[str, ...]]:
     """Return the paths inside the dataset for each of USES."""
 
@@ -238,7 +238,7 @@ def _find_used_files(
         calibrate_on=staged_paths(uses.calibrate_on),
         holdout=uses.holdout,
     )
-    calibration_pulls, test_pulls = request.split_pulls(methods.options, tell)
+    calibration_pulls, test_pulls = request.split_pulls(methods.options, progress)
     return [
         tuple(Path(str(p)).relative_to(staging).as_posix() for p in _make_list(files))
         for files in (request.friction, calibration_pulls, test_pulls)

@@ -26,7 +26,7 @@ def format_cells(row: Mapping[str, Any]) -> list[str]:
     def format_share(value: float | None) -> str:
         return NONE if value is None else f"{value:+.1%}"
 
-    odd = [test for test, verdict in row["verdicts"].items() if verdict == "odd"]
+    outlier_tests = [test for test, verdict in row["verdicts"].items() if verdict == "odd"]
     factor, stiffness = row["factor"], row["stiffness"]
     return [
         show(row["vacuum"], "Pa"),
@@ -35,7 +35,7 @@ def format_cells(row: Mapping[str, Any]) -> list[str]:
         NONE if stiffness is None else show(stiffness, "N/m", 3),
         format_share(row["shape"]),
         format_share(row["seating"]),
-        ", ".join(odd) or "ok",
+        ", ".join(outlier_tests) or "ok",
         row["file"],
     ]
 
@@ -45,10 +45,10 @@ def format_pull_table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     if len(rows) < 2:
         return
     table = [list(HEADS), *(format_cells(row) for row in rows)]
-    wide = [max(len(line[place]) for line in table) for place in range(len(HEADS) - 1)]
+    widths = [max(len(line[place]) for line in table) for place in range(len(HEADS) - 1)]
     yield from ("", TITLE)
     for line in table:
-        texts = [f"{text:<{width}}" for text, width in zip(line, wide, strict=False)]
+        texts = [f"{text:<{width}}" for text, width in zip(line, widths, strict=False)]
         yield "  ".join([*texts, line[-1]])
 
 
@@ -58,9 +58,9 @@ def condition_notices(pulls: "Sequence[SinglePull]") -> Iterator[Notice]:
 
     words = {"vacuum": ("Pa", "vacuums"), "speed": ("m/s", "speeds")}
     for quantity, value in find_common_conditions(pulls).items():
-        unit, others = words[quantity]
+        unit, other_words = words[quantity]
         yield Notice(
             f"only one {quantity}, {show(value, unit, 3)}: these pulls do not show "
-            f"whether the friction is the same at other {others}",
+            f"whether the friction is the same at other {other_words}",
             f"one-{quantity}",
         )

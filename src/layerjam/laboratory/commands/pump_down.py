@@ -85,9 +85,9 @@ class PumpFound(Judged):
         from layerjam.core.drawing.style import mark_figure
         from layerjam.laboratory.figures import measurement_figures
 
-        single, second, constant = self.record
+        single_fit, second, constant = self.record
         return mark_figure(
-            measurement_figures.draw_pump_down(single, second, constant), self.synthetic
+            measurement_figures.draw_pump_down(single_fit, second, constant), self.synthetic
         )
 
 
@@ -135,12 +135,12 @@ def pump_down(
         return fit, read
 
     first, read = fit_log(file)
-    single, constant, second, warnings = first, None, None, list(read.notices)
+    single_fit, constant, second, warnings = first, None, None, list(read.notices)
     zeros = list(read.check_vented(first.ultimate, "the ultimate vacuum"))
     if compliance is not None:
         constant = first
-        single = _fit_compliance(first, compliance, volume, flow, lambda s: fit_log(file, s)[0])
-        if compliance == "fit" and not is_flexible_better(first, single):
+        single_fit = _fit_compliance(first, compliance, volume, flow, lambda s: fit_log(file, s)[0])
+        if compliance == "fit" and not is_flexible_better(first, single_fit):
             warnings.append(Notice(NO_COMPLIANCE, "no-compliance"))
     if with_volume is not None:
         second, alternative = fit_log(with_volume)
@@ -148,19 +148,19 @@ def pump_down(
         zeros += alternative.check_vented(second.ultimate, "the ultimate vacuum")
     if not names_given:
         warnings.append(Notice(PROPORTION, "flow-over-volume"))
-    numbers = _compute_pump_results(single, second, volume, flow, added_volume)
-    logs = [log for log in (single, second) if log is not None]
-    checks = check_pump_downs(logs, dict(_list_intervals({**numbers, "rate": single.rate})))
+    numbers = _compute_pump_results(single_fit, second, volume, flow, added_volume)
+    logs = [log for log in (single_fit, second) if log is not None]
+    checks = check_pump_downs(logs, dict(_list_intervals({**numbers, "rate": single_fit.rate})))
     return PumpFound.create(
         numbers,
-        single,
-        single.series,
+        single_fit,
+        single_fit.series,
         read,
         judge([*checks, *zeros], accept),
         identifiable="flow and volume" if names_given else "flow/volume",
-        samples=len(single.time),
+        samples=len(single_fit.time),
         warnings=[*warnings, Notice(LIMIT_AND_LEAK, "limit-and-leak")],
-        record=(single, second, constant),
+        record=(single_fit, second, constant),
     )
 
 

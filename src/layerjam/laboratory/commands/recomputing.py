@@ -54,12 +54,12 @@ class _Comparison:
 
     def compare_file(self, name: str, content: bytes) -> None:
         """Compare a published file, or only its numbers if a different version wrote it."""
-        path, others = self.root / name, self._list_versions()
+        path, versions_note = self.root / name, self._list_versions()
         if not path.is_file():
             if name in self.changed:
                 return
-            if others:
-                self.not_compared[name] = f"it is not in the dataset: {others}"
+            if versions_note:
+                self.not_compared[name] = f"it is not in the dataset: {versions_note}"
             else:
                 self.found.append(Difference("the file", name, None, "computed"))
             return
@@ -68,13 +68,13 @@ class _Comparison:
         differences = list(diff_files(name, original, content))
         if not differences and name in EXACT and original != content:
             differences = [Difference("text", name, "written differently", None)]
-        if differences and others:
+        if differences and versions_note:
             try:
                 differences = list(self._compare_numbers(name, original, content))
             except ValueError:
                 differences = [Difference("text", name, "cannot be read", None)]
             if not differences:
-                self.not_compared[name] = f"its text and drawings: {others}"
+                self.not_compared[name] = f"its text and drawings: {versions_note}"
         self.found += differences
 
     def compare_description(self, text: str) -> None:
@@ -88,8 +88,10 @@ class _Comparison:
         except (ValueError, RecursionError):
             original = {}
         left_out = {crate.relative_address(name) for name in self.changed}
-        was, local = (index_entries(prune_items(d, left_out)) for d in (original, json.loads(text)))
-        differences = list(diff_values(was, local, METADATA, words=True))
+        before, local = (
+            index_entries(prune_items(d, left_out)) for d in (original, json.loads(text))
+        )
+        differences = list(diff_values(before, local, METADATA, words=True))
         if not (differences or left_out):
             differences = [Difference("text", METADATA, "written differently", None)]
         self.found += differences
@@ -100,8 +102,10 @@ class _Comparison:
         if name != RESULTS:
             return diff_numbers(name, original, content)
         documents = (json.loads(text) for text in (original, content))
-        was, local = ({s: document[s] for s in STAGES if document.get(s)} for document in documents)
-        return diff_values(was, local, name)
+        before, local = (
+            {s: document[s] for s in STAGES if document.get(s)} for document in documents
+        )
+        return diff_values(before, local, name)
 
     def _list_versions(self) -> str:
         """Return, as text, the different versions that wrote the dataset.
@@ -119,7 +123,7 @@ class _Comparison:
         return "; ".join(differing)
 
 
-def recompute_dataset(source: Path, cited: str | None, tell: Progress) -> dict[str, Any]:
+def recompute_dataset(source: Path, cited: str | None, progress: Progress) -> dict[str, Any]:
     """Recompute everything in a dataset, whose fingerprint should begin with `cited`.
 
     Returns the values of the result's keys, and the accepted failed checks as `decisions`.
@@ -143,7 +147,7 @@ def recompute_dataset(source: Path, cited: str | None, tell: Progress) -> dict[s
         work.found += [Difference(f"line {n}", checksums.NAME, t, None) for n, t in strange]
         acceptances: Iterable[Acceptance] = ()
         try:
-            files_again, content = derive_results(root, recipe, Path(folder), tell)
+            files_again, content = derive_results(root, recipe, Path(folder), progress)
         except LayerjamError as error:
             work.found.append(_recomputation_failure(error, root))
         else:
@@ -184,6 +188,6 @@ def recompute_dataset(source: Path, cited: str | None, tell: Progress) -> dict[s
 def _recomputation_failure(error: LayerjamError, root: Path) -> Difference:
     """Return the difference for a dataset whose files yield no results."""
     path = Path(error.path) if isinstance(error, FileError) else root / RECIPE
-    inside = path.is_relative_to(root)
-    name = path.relative_to(root).as_posix() if inside else RECIPE
+    is_inside = path.is_relative_to(root)
+    name = path.relative_to(root).as_posix() if is_inside else RECIPE
     return Difference(f"nothing can be computed: {error}", name, None, None)

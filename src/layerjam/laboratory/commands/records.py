@@ -140,8 +140,8 @@ def _format_row(row: Mapping[str, Any]) -> str:
 
 def _open_database(db: str | None) -> Any:
     """Return the database; raises MissingExtraError if SQLAlchemy is missing."""
-    extra = "postgres" if str(db).startswith("postgres") else "records"
-    with MissingExtraError.raise_if_missing("a database of records (SQLAlchemy)", extra):
+    package_extra = "postgres" if str(db).startswith("postgres") else "records"
+    with MissingExtraError.raise_if_missing("a database of records (SQLAlchemy)", package_extra):
         import sqlalchemy  # noqa: F401
     from layerjam.laboratory.records.database import Database
 
@@ -180,7 +180,7 @@ def records_add(
             *(
                 Notice(
                     f"{path}: derived from {name} ({role}, {key[:16]}), which is not in "
-                    "the records; the link will be made when that is added",
+                    "the records; adding that file makes the link",
                     "not-linked",
                 )
                 for path, role, name, key in result.unlinked

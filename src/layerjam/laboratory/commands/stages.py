@@ -64,20 +64,20 @@ class _Work:
         """
         report = self.report
         stage_checks = [replace(check, name=f"{stage}.{check.name}") for check in checks]
-        full = {to_key(c.name): c.name for c in stage_checks if c.level == "failed"}
-        short = {to_key(c.name): f"{stage}.{c.name}" for c in checks if c.level == "failed"}
+        full_names = {to_key(c.name): c.name for c in stage_checks if c.level == "failed"}
+        short_names = {to_key(c.name): f"{stage}.{c.name}" for c in checks if c.level == "failed"}
         accepted_here = {
-            {**short, **full}[to_key(name)]: reason
+            {**short_names, **full_names}[to_key(name)]: reason
             for name, reason in (self.methods.accept or {}).items()
-            if to_key(name) in {**short, **full}
+            if to_key(name) in {**short_names, **full_names}
         }
         verdict = judge(stage_checks, accepted_here, numbers, date=report.date, files=files)
-        before = report.verdict
+        old_verdict = report.verdict
         report.checks[stage] = checks
         report.verdict = Verdict(
-            checks=(*before.checks, *verdict.checks),
-            decisions=(*before.decisions, *verdict.decisions),
-            numbers=(*before.numbers, *verdict.numbers),
+            checks=(*old_verdict.checks, *verdict.checks),
+            decisions=(*old_verdict.decisions, *verdict.decisions),
+            numbers=(*old_verdict.numbers, *verdict.numbers),
         )
         report.earlier = remaining(report.earlier, verdict)
         return verdict
@@ -120,7 +120,7 @@ def compute_stages(
     brake: BrakeFile,
     measurements: Measurements,
     methods: HowTested,
-    tell: Progress,
+    progress: Progress,
     *,
     command: str,
     date: str | None = None,
@@ -141,8 +141,8 @@ def compute_stages(
         names=names or {},
         earlier=brake.accepted,
     )
-    work = _Work(report=content, methods=methods, tell=tell)
-    fitted_on, tested_on = measurements.split_pulls(methods.options, tell)
+    work = _Work(report=content, methods=methods, tell=progress)
+    fitted_on, tested_on = measurements.split_pulls(methods.options, progress)
     tests = list_files(measurements.friction)
     if not (tests or fitted_on or tested_on):
         raise FitError("nothing to report; give --friction, --pulls or --validate")
@@ -161,11 +161,11 @@ def _check_accepted(checks: Sequence[Check], accept: Mapping[str, str]) -> None:
     """Raise QuantityError or UnknownNameError unless every accepted name means one failed check."""
     for name, reason in accept.items():
         failures = [c.name for c in checks if c.level == "failed"]
-        same = [n for n in failures if to_key(name) in (to_key(n), to_key(n.partition(".")[2]))]
-        names = ", ".join(dict.fromkeys(same))
-        if len({*same}) > 1:
+        matches = [n for n in failures if to_key(name) in (to_key(n), to_key(n.partition(".")[2]))]
+        names = ", ".join(dict.fromkeys(matches))
+        if len({*matches}) > 1:
             raise QuantityError.of("accept", f"'{name}' means several failed checks: {names}")
-        if not same:
+        if not matches:
             judge([*checks, *(_shorten_name(c) for c in checks)], {name: reason})
 
 

@@ -77,11 +77,11 @@ class ModelErrors(Judged):
         yield from ("", "vacuum     speed      pulls  MAPE    before calibration  due to scatter")
         before = self.uncalibrated
         for index, row in enumerate(self.conditions):
-            was = _format_percent(before["conditions"][index]["mape"]) if before else "-"
+            mape_before = _format_percent(before["conditions"][index]["mape"]) if before else "-"
             speed = "-" if row["speed"] is None else show(row["speed"], "m/s", 3)
             yield (
                 f"{show(row['vacuum'], 'Pa'):<9}  {speed:<9}  {row['repeats']:<5}  "
-                f"{row['mape']:<6.2%}  {was:<18}  {_format_share(row['scatter'])}"
+                f"{row['mape']:<6.2%}  {mape_before:<18}  {_format_share(row['scatter'])}"
             )
         if before:
             yield from ("", f"before calibration: MAPE {before['mape']:.2%}")
@@ -154,27 +154,27 @@ def validate(
     )
 
     files, specimens_out, exclusions = left_out.split_excluded(files, options)
-    used, refusals, odd = read_pulls(
+    used, refusals, file_warnings = read_pulls(
         files, brake, vacuum, options, compare_pull, progress, specimens_out, tare
     )
     curves = make_curves(used)
     validation = add_pull_table(validate_curves(curves, brake.brake), curves, brake.brake)
     before = None
-    warnings = [*brake.warnings(), *odd, *condition_notices(validation.pulls)]
+    warnings = [*brake.warnings(), *file_warnings, *condition_notices(validation.pulls)]
     try:
         before = validate_curves(curves, uncalibrated(brake.brake))
     except FitError as error:
         sentence = f"no comparison with the model before calibration: {error}"
         warnings.append(Notice(sentence, "uncalibrated"))
-    same = find_calibration_files(brake, [t.path for t, _, _ in used])
-    if same:
+    names = find_calibration_files(brake, [t.path for t, _, _ in used])
+    if names:
         sentence = (
-            f"{', '.join(same)}: also used to calibrate this brake, so it does not test the model"
+            f"{', '.join(names)}: also used to calibrate this brake, so it does not test the model"
         )
         warnings.append(Notice(sentence, "calibrated-on"))
     return ModelErrors.create(
         make_error_rows(validation),
-        judge(check_validation(validation, len(same)), accept),
+        judge(check_validation(validation, len(names)), accept),
         uncalibrated=before and make_error_rows(before),
         files=[make_error_row(c, FILE) for c in validation.curves],
         pulls=make_pull_rows(validation.pulls),
@@ -184,6 +184,6 @@ def validate(
         warnings=warnings,
         record=(brake, validation),
         before=before,
-        calibrated_on=same,
+        calibrated_on=names,
         traces=[t for t, _, _ in used],
     )

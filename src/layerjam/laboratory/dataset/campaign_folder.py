@@ -82,17 +82,17 @@ def find_brake(tests: Campaign) -> str:
     It is the folder's only uncalibrated brake, or else the one that all sidecars name.
     Raises FileError if neither determines the brake.
     """
-    plain = [n for n in tests.brakes if FITTED not in load(tests.folder / n).notes]
-    if len(plain) == 1:
-        return plain[0]
+    candidates = [n for n in tests.brakes if FITTED not in load(tests.folder / n).notes]
+    if len(candidates) == 1:
+        return candidates[0]
     names = {facts.brake for facts in tests.facts}
     name = str(next(iter(names))) if len(names) == 1 else ""
     if name in catalogue():
         return name
-    matches = [n for n in plain if load(tests.folder / n).name == name]
+    matches = [n for n in candidates if load(tests.folder / n).name == name]
     if len(matches) == 1:
         return matches[0]
-    brakes = ", ".join(plain[:4]) if plain else "no brake file"
+    brakes = ", ".join(candidates[:4]) if candidates else "no brake file"
     raise FileError(tests.folder, f"contains {brakes}; specify the tested brake (--brake)")
 
 
@@ -147,5 +147,5 @@ def relative_paths(folder: Path, files: Sequence[str | Path]) -> Iterator[str]:
             raise FileError(file, "does not exist")
         if not location.resolve().is_relative_to(folder.resolve()):
             raise FileError(file, f"is not in {folder}; a dataset contains the files of one folder")
-        inside = location.resolve().relative_to(folder.resolve())
-        yield checksums.compose_name(inside.as_posix())
+        relative_path = location.resolve().relative_to(folder.resolve())
+        yield checksums.compose_name(relative_path.as_posix())

@@ -67,14 +67,14 @@ def diff_numbers(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
         before, after = (_READERS[kind](text.decode()) for text in (old, new))
         yield from diff_values(before, after, file)
         return
-    left = Counter(find_printed_numbers(file, new))
+    remainder = Counter(find_printed_numbers(file, new))
     for number in find_printed_numbers(file, old):
-        others = (n for n in left if left[n] and are_equal(number, n))
-        match = number if left[number] else next(others, None)
+        others = (n for n in remainder if remainder[n] and are_equal(number, n))
+        match = number if remainder[number] else next(others, None)
         if match is None:
             yield Difference("a number", file, number, None)
         else:
-            left[match] -= 1
+            remainder[match] -= 1
 
 
 def diff_values(old: Any, new: Any, file: str, words: bool = False) -> Iterator[Difference]:

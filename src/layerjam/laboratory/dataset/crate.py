@@ -144,14 +144,14 @@ def _make_computation_entry(
     recipe: Recipe, details: Details, names: Sequence[str]
 ) -> list[Mapping[str, Any]]:
     """Return the entries of the computation: its raw files, its results and the programs."""
-    others = ", ".join(f"{k} {v}" for k, v in recipe.versions.items() if k != "layerjam")
+    version_text = ", ".join(f"{k} {v}" for k, v in recipe.versions.items() if k != "layerjam")
     raw = [recipe.brake, *(name for use in USES for name in recipe.used(use))]
     program = {
         "@id": "#layerjam",
         "@type": "SoftwareApplication",
         "name": "layerjam",
         "version": recipe.versions.get("layerjam", __version__),
-        "softwareRequirements": others,
+        "softwareRequirements": version_text,
         "description": "models soft layer-jamming brakes; `layerjam recompute` checks this dataset",
     }
     results = [relative_address(n) for n in names if n == FITTED or n.startswith(f"{REPORT}/")]

@@ -41,7 +41,7 @@ def diff_pdfs(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
         yield Difference("number of objects", file, len(before) // 2, len(after) // 2)
     else:
         for left, right in zip(before, after, strict=True):
-            first = next(diff_texts(file, left, right, _margins), None)
+            first = next(diff_texts(file, left, right, _list_margins), None)
             if first is not None:
                 place = left.partition("\n")[0][:30] or "bytes between the objects"
                 name = f"{place}: {first.number}"
@@ -70,7 +70,7 @@ def _unpack(piece: bytes) -> str:
     return _DERIVED.sub("", (head + mark + data + end + tail).decode("latin-1"))
 
 
-def _margins(text: str) -> Iterator[float]:
+def _list_margins(text: str) -> Iterator[float]:
     """Yield DRAWN for each coordinate in a page's content, and 0 for other numbers."""
     pieces = NUMBER.split(text)
     count = len(pieces) // 2

@@ -107,9 +107,9 @@ def licence_notices(licence: str | None, authors: Sequence[Author]) -> list[Noti
         text = "no licence is stated: others have no right to use the data; add --licence CC-BY-4.0"
         notices.append(Notice(text, "no-licence"))
     elif not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.+-]{1,60}", licence):
-        usual = ", ".join(USUAL[:4])
+        examples = ", ".join(USUAL[:4])
         raise QuantityError.of(
-            "licence", f"'{licence[:60]}' is not an SPDX identifier; write one such as {usual}"
+            "licence", f"'{licence[:60]}' is not an SPDX identifier; write one such as {examples}"
         )
     elif licence not in USUAL:
         text = (

@@ -81,14 +81,14 @@ def read_recipe(folder: Path) -> Recipe:
     """Return a dataset's recipe; raises FileError if it is invalid, newer or points outside."""
     path = folder / RECIPE
     try:
-        plain = json.loads(path.read_text(encoding="utf-8"))
-        form = int(plain["format"])
+        document = json.loads(path.read_text(encoding="utf-8"))
+        form = int(document["format"])
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         raise FileError(path, "is not a recipe from `layerjam publish`") from None
     if form > FORMAT:
         newer = f"has format {form}; this layerjam ({__version__}) reads formats up to {FORMAT}"
         raise FileError(path, f"{newer}: update layerjam")
-    values = {f.name: plain[f.name] for f in fields(Recipe) if f.name in plain}
+    values = {f.name: document[f.name] for f in fields(Recipe) if f.name in document}
     if form < 3:
         values = _convert_unused(path, values)
     lacking = [name for name in ("versions", "brake", "results") if name not in values]
@@ -98,8 +98,8 @@ def read_recipe(folder: Path) -> Recipe:
         values[name] = _check_value(path, name, value)
     recipe = Recipe(**values)
     for name in recipe.files:
-        inside = PurePosixPath(name)
-        if inside.is_absolute() or ".." in inside.parts or ":" in name or "\\" in name:
+        inner_path = PurePosixPath(name)
+        if inner_path.is_absolute() or ".." in inner_path.parts or ":" in name or "\\" in name:
             raise FileError(path, f"names a file outside the dataset: {name[:80]!r}")
     return recipe
 

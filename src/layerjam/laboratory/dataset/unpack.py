@@ -34,12 +34,12 @@ def open_root(source: str | Path) -> Iterator[tuple[Path, list[str]]]:
         folder = Path(name)
         if path.is_dir():
             root = _find_dataset_root(path, path)
-            others = _list_files_beside(root, path)
+            other_files = _list_files_beside(root, path)
             files = map_files(root)
             if not all((root / name).exists() for name in files):
                 copy_files(files, folder)
                 root = folder
-            yield root, others
+            yield root, other_files
             return
         try:
             with zipfile.ZipFile(path) as archive:
@@ -73,10 +73,10 @@ def _unpack_archive(archive: zipfile.ZipFile, folder: Path, source: Path) -> Non
     if sum(e.file_size for e in entries) > LARGEST:
         raise FileError(source, f"unpacks to more than {LARGEST // 2**30} GB")
     for entry in entries:
-        inside = PurePosixPath(entry.filename.replace("\\", "/"))
-        if inside.is_absolute() or ".." in inside.parts or ":" in entry.filename:
+        inner_path = PurePosixPath(entry.filename.replace("\\", "/"))
+        if inner_path.is_absolute() or ".." in inner_path.parts or ":" in entry.filename:
             raise FileError(source, f"would write outside its folder: {entry.filename[:80]!r}")
-        if inside.as_posix() != entry.orig_filename:
+        if inner_path.as_posix() != entry.orig_filename:
             raise FileError(source, f"contains an unusual file name: {entry.orig_filename[:80]!r}")
         if stat.S_ISLNK(entry.external_attr >> 16):
             raise FileError(source, f"contains a link: {entry.filename[:80]!r}")

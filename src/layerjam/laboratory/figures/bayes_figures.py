@@ -27,15 +27,17 @@ def posterior(fit: BayesFit) -> style.Figure:
     for axes, (name, scale, unit) in zip(panels, parts, strict=True):
         brake = getattr(fit, name).ravel() * scale
         medians = np.median(getattr(fit, f"curve_{name}"), axis=(0, 1)) * scale
-        after = getattr(fit.next_pull(), name) * scale
-        _draw_densities(axes, brake, after, medians, fit.priors[name], scale)
+        next_pull = getattr(fit.next_pull(), name) * scale
+        _draw_densities(axes, brake, next_pull, medians, fit.priors[name], scale)
         words = name.replace("_", " ")
         low, middle, high = np.quantile(brake, [WIDE[0], 0.5, WIDE[1]])
         estimate = f"{middle:.4g} {unit}".strip()
         detail = f"{estimate} (95 %: {low:.4g} to {high:.4g}) from {len(medians)} curves"
-        below = f"{words} [{unit or '-'}]\nprior: {fit.priors[name].text()}"
+        x_label = f"{words} [{unit or '-'}]\nprior: {fit.priors[name].text()}"
         density = f"probability density [{f'1/({unit})' if unit else '-'}]"
-        style.label_axes(axes, words.capitalize(), detail, xlabel=below, ylabel=density, yticks=[])
+        style.label_axes(
+            axes, words.capitalize(), detail, xlabel=x_label, ylabel=density, yticks=[]
+        )
     return figure
 
 
@@ -93,8 +95,8 @@ def _group_by_vacuum(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
     level = number_levels([c.vacuum for c in curves])
     order = sorted({*level}, reverse=True)
     groups = [[c for c, n in zip(curves, level, strict=True) if n == number] for number in order]
-    after, colors = fit.next_pull(), [*VACUUMS, *VACUUMS[-1:] * len(groups)]
-    return [_Level(group, color, after) for group, color in zip(groups, colors, strict=False)]
+    next_pull, colors = fit.next_pull(), [*VACUUMS, *VACUUMS[-1:] * len(groups)]
+    return [_Level(group, color, next_pull) for group, color in zip(groups, colors, strict=False)]
 
 
 @style.use_style
@@ -138,8 +140,8 @@ def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> st
                 v[: len(v) // size * size].reshape(-1, size).mean(axis=1)
                 for v in (curve.elongation, curve.force)
             )
-            left = (y - np.interp(x, level.u, middle)) * part
-            axes.plot(x * MM, left, color=level.color, lw=0.9)
+            residuals = (y - np.interp(x, level.u, middle)) * part
+            axes.plot(x * MM, residuals, color=level.color, lw=0.9)
         axes.axhline(0, color=GREY, lw=0.8)
         headline = show(level.vacuum, "Pa", 3)
         style.label_axes(
@@ -159,11 +161,11 @@ def vacuum_for_force(
     its vacuum.
     """
     place = fit.brake.sheets.usable_travel / 3 if slip is None else slip
-    after, atmosphere = fit.next_pull(), float(fit.brake.site.atmosphere)
-    least, greatest = (np.asarray(x) for x in force_limits(place, after.brakes()))
-    span = float(np.quantile(greatest, 0.995)) * 1.03
-    force = np.linspace(float(np.median(least)), span, 240)
-    band = vacuum_band(after, force, place)
+    next_pull, atmosphere = fit.next_pull(), float(fit.brake.site.atmosphere)
+    lowest_force, highest_force = (np.asarray(x) for x in force_limits(place, next_pull.brakes()))
+    span = float(np.quantile(highest_force, 0.995)) * 1.03
+    force = np.linspace(float(np.median(lowest_force)), span, 240)
+    band = vacuum_band(next_pull, force, place)
     figure, (axes, chance) = style.make_axes(rows=2, width=6.8, height=5.6, height_ratios=(3.2, 1))
     for part, strength in ((WIDE, 0.22), (INNER, 0.32)):
         below, above = (np.clip(band.quantile_at(q), 0, atmosphere) * KPA for q in part)

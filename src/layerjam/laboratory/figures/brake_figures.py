@@ -137,5 +137,5 @@ def _mean_sd(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _common_elongations(case: ConditionError) -> np.ndarray:
     """Return elongations [m] that all repeats of a condition reach, dense where the curve bends."""
     end = min(float(c.pull.elongation[-1]) for c in case.curves)
-    turn = min(4 * max(c.pull.peak_elongation for c in case.curves), 0.5 * end)
-    return np.concatenate([np.linspace(0, turn, 160, endpoint=False), np.linspace(turn, end, 160)])
+    bend = min(4 * max(c.pull.peak_elongation for c in case.curves), 0.5 * end)
+    return np.concatenate([np.linspace(0, bend, 160, endpoint=False), np.linspace(bend, end, 160)])

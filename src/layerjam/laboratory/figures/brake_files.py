@@ -81,7 +81,7 @@ def write_report(
     report: BrakeReport,
     out: Path,
     overwrite: bool = False,
-    say: Callable[[str], None] | None = None,
+    progress: Callable[[str], None] | None = None,
     *,
     live: bool = False,
 ) -> ReportFiles:
@@ -91,11 +91,11 @@ def write_report(
     there is no PDF, and a warning says so. Raises FileError if a report exists and `overwrite` is
     not set.
     """
-    say = say or (lambda _: None)
+    progress = progress or (lambda _: None)
     check_folder(out, overwrite)
     names, document = report.names, make_page(report)
     numbers = list_numbers(document.parts)
-    pictures = draw_all(document.pictures(), lambda what, _: say(what))
+    pictures = draw_all(document.pictures(), lambda what, _: progress(what))
     data = rename_files(document.template_data(), names)
     content: dict[str, str | bytes] = {
         "results.json": format_json(rename_files(to_json(make_results(report, numbers)), names)),
@@ -105,7 +105,7 @@ def write_report(
     }
     warnings = []
     try:
-        say("page report.pdf")
+        progress("page report.pdf")
         content["report.pdf"] = typeset_pdf(data, pictures)
     except MissingExtraError as error:
         warnings.append(f"no PDF was written: {error}")

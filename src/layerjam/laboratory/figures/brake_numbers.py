@@ -44,18 +44,18 @@ class Number:
         """Return the number as a page shows it."""
         if self.value is None or not math.isfinite(self.value):
             return NONE
-        return self._scale(self.value) + (self._after() if with_unit else "")
+        return self._scale(self.value) + (self._text_after() if with_unit else "")
 
     def error_text(self) -> str:
         """Return the standard error, in the unit of `text`."""
         error = self.standard_error
-        return NONE if error is None else self._scale(error) + self._after()
+        return NONE if error is None else self._scale(error) + self._text_after()
 
     def interval_text(self) -> str:
         """Return the 95 % interval, in the unit of `text`."""
         if self.low is None or self.high is None:
             return NONE
-        return f"{self._scale(self.low)} to {self._scale(self.high)}{self._after()}"
+        return f"{self._scale(self.low)} to {self._scale(self.high)}{self._text_after()}"
 
     def page_unit(self) -> str:
         """Unit shown on the page; "1" for a pure number."""
@@ -63,18 +63,18 @@ class Number:
             return self.shown_in or self.unit
         return show(self.value, self.unit).split(" ", 1)[1]
 
-    def _after(self) -> str:
+    def _text_after(self) -> str:
         unit = self.page_unit()
         return "" if unit in ("1", "") else f" {unit}"
 
     def _scale(self, value: float) -> str:
         """Return the digits of a value in the page's unit."""
-        factor, error, places = self._factor(), self.standard_error, self.decimals
+        factor, error, places = self._display_factor(), self.standard_error, self.decimals
         if places is None and error and math.isfinite(error):
             places = max(0, 1 - math.floor(math.log10(error / factor)))
         return _format_fixed(value / factor, places)
 
-    def _factor(self) -> float:
+    def _display_factor(self) -> float:
         unit = self.page_unit()
         return 1.0 if unit in ("", self.unit) else float(unit_factor(unit, self.unit) or 1)
 

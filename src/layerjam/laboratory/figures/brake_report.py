@@ -323,10 +323,10 @@ def _describe_validation(report: BrakeReport, result: Validation) -> list[str]:
     if report.seen:
         count, total = len(report.seen), len(result.curves)
         share = "all" if count == total else f"{count} of {total}"
-        others = f" and {count - 4} more" if count > 4 else ""
+        tail = f" and {count - 4} more" if count > 4 else ""
         text.append(
             f"This does not test the model: {share} pulls below were also used for calibration "
-            f"({', '.join(report.seen[:4])}{others}). It shows how well the law fits, not how well "
+            f"({', '.join(report.seen[:4])}{tail}). It shows how well the law fits, not how well "
             "it predicts."
         )
     elif report.calibration is not None:
@@ -375,11 +375,15 @@ def _add_uncertainty(number: Number, words: str, uncertainty: Budget) -> tuple[s
         digits = replace(number, standard_error=None).text()
         return digits, f"{words}\nuncertainty not stated: the budget lists the missing entries"
     if (uncertainty.expanded_uncertainty or 0.0) >= 1:
-        reach = f"± {uncertainty.headline[1]} includes zero"
-        return number.text(), f"{words}\nnot determined: expanded uncertainty {reach}"
-    missing = len(uncertainty.missing)
-    least = f"\nlower bound: {count_text(missing, 'line')} not stated" if missing else ""
-    return " ± ".join(uncertainty.headline), f"{words}\n{signed.coverage_text(uncertainty)}{least}"
+        interval_text = f"± {uncertainty.headline[1]} includes zero"
+        return number.text(), f"{words}\nnot determined: expanded uncertainty {interval_text}"
+    missing_count = len(uncertainty.missing)
+    bound_note = (
+        f"\nlower bound: {count_text(missing_count, 'line')} not stated" if missing_count else ""
+    )
+    return " ± ".join(
+        uncertainty.headline
+    ), f"{words}\n{signed.coverage_text(uncertainty)}{bound_note}"
 
 
 def list_numbers(parts: Sequence[Part]) -> list[Number]:

@@ -101,16 +101,16 @@ def friction_table(result: FrictionResult) -> Table:
     count, rows = len(result.repeats), list[list[Cell]]()
     for index, repeat in enumerate(result.repeats, 1):
         name, repeat_name = Path(repeat.path).name, f"repeat {index}"
-        both = [c.number(repeat, "friction", repeat_name, n=1, source=name) for c in KINDS]
-        rows.append([str(index), *both, name])
+        numbers = [c.number(repeat, "friction", repeat_name, n=1, source=name) for c in KINDS]
+        rows.append([str(index), *numbers, name])
     means, spread = [], []
     base: dict[str, Any] = {"n": count, "source": count_text(count, "repeat")}
     for column in KINDS:
         values = [v for r in result.repeats if (v := getattr(r, column.path)) is not None]
         span = summarise_repeats(values or [math.nan])
-        sure = {"standard_error": span.standard_error, "low": span.low, "high": span.high}
+        error_cells = {"standard_error": span.standard_error, "low": span.low, "high": span.high}
         scatter = column._replace(path=f"{column.path}_sd")
-        means.append(column.number(result, "friction", "mean", **base, **sure))
+        means.append(column.number(result, "friction", "mean", **base, **error_cells))
         spread.append(scatter.number(result, "friction", "standard deviation", **base))
     rows += [
         ["mean", *means, f"of {count_text(count, 'repeat')}"],
@@ -187,21 +187,21 @@ def _describe_leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
     """Return (sentence, numbers): changes of a and k without the most influential pull."""
     phrases, numbers = [], []
     for key, shown_in, decimals in (("scale_factor", "", 4), ("stiffness", "kN/m", 2)):
-        moves = (result.leave_one_out or {}).get(key)
-        if moves is None or moves.most_influential is None:
+        shifts = (result.leave_one_out or {}).get(key)
+        if shifts is None or shifts.most_influential is None:
             continue
         words, unit = LABELS[key]
-        name = moves.most_influential
+        name = shifts.most_influential
         number = Number(
             quantity=f"calibration: change of {words} without its most influential pull",
-            value=moves.files[name],
+            value=shifts.files[name],
             unit=unit,
             source=name,
             shown_in=shown_in,
             decimals=decimals,
         )
         numbers.append(number)
-        phrases.append(f"{words} by {'+' * (moves.files[name] >= 0)}{number.text()} ({name})")
+        phrases.append(f"{words} by {'+' * (shifts.files[name] >= 0)}{number.text()} ({name})")
     note = f"Change without the most influential pull: {'; '.join(phrases)}." if phrases else ""
     return note, numbers
 
@@ -259,9 +259,9 @@ def _pulls_table(
         stem = f"{stage} pull"
         base: dict[str, Any] = {"n": 1, "source": pull.file}
         test = [column.number(pull, stem, **base) for column in CONDITION]
-        single = [c.number(pull, stem, **base, standard_error=errors.get(c.path)) for c in SINGLE]
+        numbers = [c.number(pull, stem, **base, standard_error=errors.get(c.path)) for c in SINGLE]
         words = "; ".join(filter(None, [_describe_verdict(pull), remark]))
-        rows.append([str(number), pull.file, *test, *cells, *single, words])
+        rows.append([str(number), pull.file, *test, *cells, *numbers, words])
     return Table(
         id=f"{stage}-pulls",
         caption="Individual pulls",
@@ -293,8 +293,8 @@ def _table_header(column: Column) -> str:
 
 def _describe_verdict(pull: SinglePull) -> str:
     """Return `ok`, the tests in which the pull differs, or a note that there are too few pulls."""
-    odd = [test for test, verdict in pull.verdicts.items() if verdict == "odd"]
-    return ", ".join(odd) or ("ok" if "ok" in pull.verdicts.values() else "too few pulls")
+    outlier_tests = [test for test, verdict in pull.verdicts.items() if verdict == "odd"]
+    return ", ".join(outlier_tests) or ("ok" if "ok" in pull.verdicts.values() else "too few pulls")
 
 
 def _pair_errors(after: Any, before: Any) -> list[tuple[str, Any]]:
@@ -308,11 +308,11 @@ def _make_error_cells(stem: str, after: PooledErrors, before: PooledErrors | Non
     cells: list[Cell] = []
     for column in MEASURES:
         for state, errors in _pair_errors(after, before):
-            sure = {}
+            error_cells = {}
             if column.path == "mape" and isinstance(errors, ConditionError):
                 spread = summarise_repeats([c.mape for c in errors.curves])
-                sure = {"low": spread.low, "high": spread.high}
-            cells.append(column.number(errors, stem, state, n=errors.repeats, **sure))
+                error_cells = {"low": spread.low, "high": spread.high}
+            cells.append(column.number(errors, stem, state, n=errors.repeats, **error_cells))
     return cells
 
 

@@ -7,17 +7,22 @@ import numpy as np
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.spread import TEST_SPEED
+from layerjam.brake.mechanics.pull import force_at_elongation
+from layerjam.brake.mechanics.speed_effects import fix_speed
+from layerjam.brake.simulate.prediction import Prediction
+from layerjam.brake.simulate.pull_spread import BAND_SAMPLES
 from layerjam.core.drawing import style
 from layerjam.core.drawing.style import FAINT, GREY, MM, ORANGE, RED
 from layerjam.core.errors import count_text
 from layerjam.core.units import show
+from layerjam.laboratory.identify.calibration.evidence import apply_calibration
 from layerjam.laboratory.identify.calibration.forward import (
     FINE,
     ReducedCurves,
     evaluate_law,
     reduce_curves,
 )
-from layerjam.laboratory.identify.calibration.law_spread import LawSpread
 from layerjam.laboratory.identify.calibration.least_squares import JointFit
 from layerjam.laboratory.identify.calibration.result import Calibration
 from layerjam.laboratory.identify.curves import Curve, number_levels
@@ -30,27 +35,23 @@ ZOOM = 4.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FigureData:
-    """Law and uncertainty of each curve of a fit.
+    """Law of each curve of a fit, and the calibrated `file` for its bands.
 
-    `shapes` (curves, 3) are (a, k, the enclosure's factor). `sure` and `scatter` (curves, 3, 3) are
-    covariances of (ln a, ln k, factor). `sure` is that of the law itself, `scatter` that of a
-    further pull about it (None if there are no repeats). `origins` (curves,) [m] are the starts of
-    the rises, `offsets` [N] the zeros of the forces. `t` is Student's quantile for the bands.
+    `shapes` (curves, 3) are (a, k, the enclosure's factor). `origins` (curves,) [m] are the starts
+    of the rises, `offsets` [N] the zeros of the forces.
     """
 
     curves: tuple[Curve, ...]
     shapes: np.ndarray
     origins: np.ndarray
     offsets: np.ndarray
-    sure: np.ndarray | None
-    scatter: np.ndarray | None
-    t: float
+    file: BrakeFile
 
 
 @style.use_style
 def draw_calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.Figure:
     """Draw pulls and law versus elongation, complete and near the peak, and relative residuals."""
-    data = _make_figure_data(result)
+    data = _make_figure_data(file, result)
     figure, panels = style.make_axes(
         2, 2, 9.6, 5.6, sharex="col", sharey="row", height_ratios=(2.1, 1), width_ratios=(1.25, 1)
     )
@@ -83,12 +84,7 @@ def draw_calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> s
     style.add_title(zoom, "Near the peak", numbers)
     if result.fit is None:
         _draw_peaks(zoom, result)
-    sure = "95 % bands: the law (dark), the next pull (pale)"
-    words = (
-        "one pull: the uncertainty of the law is unknown without repeats"
-        if data.sure is None
-        else sure
-    )
+    words = "95 % bands: mean of many pulls (dark), next pull (pale)"
     residuals.set_title(words, fontsize=8.5, fontweight="normal", color=GREY)
     limit = min(max(abs(edge) for edge in residuals.get_ylim()), 30.0)
     style.label_axes(residuals, ylabel="pull − law [% of peak]", ylim=(-limit, limit))
@@ -151,16 +147,28 @@ def _draw_law(
     law, _ = evaluate_law(u, curve.vacuum, shape, np.zeros((3, 3)), brake)
     for axes in panels:
         axes.plot(u * MM, law, color=color, lw=1.3, ls=style.DASHED)
-    if data.sure is not None and data.scatter is not None:
-        sure = data.sure[index]
-        for covariance, strength in ((sure + data.scatter[index], 0.13), (sure, 0.30)):
-            wide = data.t * evaluate_law(u, curve.vacuum, shape, covariance, brake)[1]
-            part = wide / float(curve.pull.peak_force) * 100
-            for axes in panels:
-                style.add_band(axes, u * MM, law - wide, law + wide, color, strength)
-            for axes in below:
-                style.add_band(axes, u * MM, -part, part, color, strength / 2)
+    for of_mean, strength in ((False, 0.13), (True, 0.30)):
+        low, high = _find_band(data.file, curve, u, of_mean)
+        for axes in panels:
+            style.add_band(axes, u * MM, law + low, law + high, color, strength)
+        part = 100 / float(curve.pull.peak_force)
+        for axes in below:
+            style.add_band(axes, u * MM, part * low, part * high, color, strength / 2)
     return float(law[-1])
+
+
+def _find_band(
+    file: BrakeFile, curve: Curve, elongation: np.ndarray, of_mean: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ends of the 95 % interval of the force, from that of the calibrated file [N]."""
+    speed = TEST_SPEED if curve.speed is None else curve.speed
+    device = fix_speed(speed, file.brake)
+    vacuum = np.full_like(elongation, curve.vacuum)
+    prediction = Prediction(file, vacuum, None, curve.speed, device, of_mean, BAND_SAMPLES)
+    forces = force_at_elongation(elongation, vacuum, prediction.brakes)
+    ends = prediction.interval(forces)
+    average = np.asarray(force_at_elongation(elongation, vacuum, device))
+    return ends["low"] - average, ends["high"] - average
 
 
 def _draw_peaks(axes: style.Axes, result: Calibration) -> None:
@@ -172,9 +180,8 @@ def _draw_peaks(axes: style.Axes, result: Calibration) -> None:
     style.add_key(axes, ("slope k", ORANGE), ("fitted peaks", RED, "o"), loc="lower right")
 
 
-def _make_figure_data(result: Calibration) -> FigureData:
+def _make_figure_data(file: BrakeFile, result: Calibration) -> FigureData:
     count, fit = len(result.curves), result.fit
-    spread = LawSpread.from_calibration(result)
     origins, offsets = np.zeros(count), np.zeros(count)
     if fit is None:
         a, k = result.scale_factor, result.stiffness
@@ -192,9 +199,5 @@ def _make_figure_data(result: Calibration) -> FigureData:
         shapes=shapes,
         origins=origins,
         offsets=offsets,
-        sure=None
-        if spread is None
-        else np.array([spread.covariance_at(c.vacuum, c.speed) for c in result.curves]),
-        scatter=None if spread is None else np.tile(spread.scatter, (count, 1, 1)),
-        t=spread.t if spread else float("nan"),
+        file=apply_calibration(file, result),
     )

@@ -104,8 +104,8 @@ def draw_leak(log: Leak) -> style.Figure:
         words = f"{name}: {show(1 / fit.rate, 's') if fit.rate > 0 else 'no leak'}"
         x, law = style.thin_out(t, y * KPA)
         above.plot(x, law, color=_LAWS[name], lw=2.4 if best else 1.1, zorder=2 + best, label=words)
-        left = style.thin_out(t, (log.pressure - y) * KPA)
-        below.plot(*left, color=_LAWS[name], lw=0.9, alpha=0.9)
+        residuals = style.thin_out(t, (log.pressure - y) * KPA)
+        below.plot(*residuals, color=_LAWS[name], lw=0.9, alpha=0.9)
     below.axhline(0, color=INK, lw=0.7)
     style.add_key(above, loc="upper right" if log.pressure[0] > log.pressure[-1] else "lower right")
     detail = "best-fitting law" if log.distinct else "best-fitting law; others fit equally well"
@@ -124,9 +124,9 @@ def draw_ageing(fit: AgeingFit) -> style.Figure:
     axes.plot(fit.holds, fit.values, "o", color=GREY, ms=4, alpha=0.7)
     axes.plot(hold, fit.static_at(hold), color=BLUE)
     low, high = float(fit.values.min()), float(fit.values.max())
-    room = 0.3 * (high - low) or 0.1 * high
+    margin = 0.3 * (high - low) or 0.1 * high
     style.label_axes(axes, xlabel="hold time [s]", ylabel="static friction [-]")
-    axes.set(xlim=ends, ylim=(low - room, high + room))
+    axes.set(xlim=ends, ylim=(low - margin, high + margin))
     style.set_log_scale(axes)
     style.add_title(axes, f"{fit.ageing:+.4f} per tenfold hold time", "points: pulls; line: fit")
     return figure
@@ -137,7 +137,7 @@ def draw_pump_down(
     first: PumpDown, second: PumpDown | None, constant: PumpDown | None
 ) -> style.Figure:
     """Draw the pump-down log, its fit, and the log of the excess over the ultimate pressure."""
-    figure, (plain, log_axes) = style.make_axes(columns=2, width=10.0, height=4.0)
+    figure, (linear_axes, log_axes) = style.make_axes(columns=2, width=10.0, height=4.0)
     names = ("alone" if second else "fit", BLUE), ("with the volume added", RED)
     fits = zip((first, second, constant), (*names, ("constant volume", GREY)), strict=True)
     for fit, (name, color) in fits:
@@ -145,7 +145,7 @@ def draw_pump_down(
             continue
         t, p = style.thin_out(fit.time, fit.pressure)
         model, words = fit.curve(fit.time), f"{name}: flow/volume {fit.rate:.4g} 1/s"
-        for axes, floor in ((plain, -np.inf), (log_axes, fit.ultimate)):
+        for axes, floor in ((linear_axes, -np.inf), (log_axes, fit.ultimate)):
             base = fit.ultimate if axes is log_axes else 0.0
             shows, clear = p > floor, model > floor
             if fit is not constant:
@@ -155,13 +155,13 @@ def draw_pump_down(
                 fit.time[clear], (model - base)[clear] * KPA, color=color, lw=1.6, label=words
             )
     ultimate = f"ultimate {first.ultimate * KPA:.3g} kPa"
-    plain.set(xlabel="time [s]", ylabel="pressure, absolute [kPa]", ylim=(0, None))
-    style.mark_y(plain, first.ultimate * KPA, ultimate, GREY)
-    style.add_key(plain, loc="upper right")
+    linear_axes.set(xlabel="time [s]", ylabel="pressure, absolute [kPa]", ylim=(0, None))
+    style.mark_y(linear_axes, first.ultimate * KPA, ultimate, GREY)
+    style.add_key(linear_axes, loc="upper right")
     floor = max(first.series.noise / 2, 1e-4 * first.start)
     log_axes.set(xlabel="time [s]", ylabel="pressure above ultimate [kPa]", yscale="log")
     log_axes.set_ylim(bottom=floor * KPA)
-    style.add_title(plain, "Pump-down", "points: log; line: fit")
+    style.add_title(linear_axes, "Pump-down", "points: log; line: fit")
     detail = "straight if volume and flow are constant"
     style.add_title(log_axes, "Above the ultimate pressure", detail)
     return figure
@@ -174,8 +174,8 @@ def draw_crash(log: Crash) -> style.Figure:
         rows=2, width=6.8, height=5.4, height_ratios=(2, 1), sharex=True
     )
     (start, stop), g = log.pulse, STANDARD_GRAVITY
-    room = 0.8 * (stop - start)
-    is_near = (log.time >= start - room) & (log.time <= stop + room)
+    margin = 0.8 * (stop - start)
+    is_near = (log.time >= start - margin) & (log.time <= stop + margin)
     t = (log.time[is_near] - start) * MS
     name = "not filtered" if log.cfc is None else f"CFC {log.cfc}"
     signals: Sequence[tuple[str, np.ndarray, float, str, float]] = (
@@ -197,6 +197,6 @@ def draw_crash(log: Crash) -> style.Figure:
     detail = f"grey: above 5 % of the filtered peak, {show(stop - start, 's')}; offset removed"
     headline = "Pulse" + (", saturated" if log.saturated else "")
     style.label_axes(pulse, headline, detail, ylabel="acceleration [g]")
-    below = "time from the start of the pulse [ms]"
-    style.label_axes(speed, xlabel=below, ylabel="velocity change [m/s]")
+    x_label = "time from the start of the pulse [ms]"
+    style.label_axes(speed, xlabel=x_label, ylabel="velocity change [m/s]")
     return figure

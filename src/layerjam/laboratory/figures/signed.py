@@ -124,9 +124,9 @@ def _make_certificate_table(facts: FileFacts) -> Table:
     )
 
 
-def _certificate_state(certificate: Certificate, used: FileFacts) -> str:
+def _certificate_state(certificate: Certificate, facts: FileFacts) -> str:
     """Return the key in `STATES` for the validity of a certificate on the days of the tests."""
-    days = [day for _, fact in used for day in re.findall(r"\d{4}-\d\d-\d\d", fact.date)]
+    days = [day for _, fact in facts for day in re.findall(r"\d{4}-\d\d-\d\d", fact.date)]
     if not days:
         return "no day"
     if min(days) < certificate.date:
@@ -175,9 +175,9 @@ def _join_statements(facts: FileFacts, name: str) -> str:
         return next(iter(texts)) or NOT_STATED
     silent = texts.pop("", [])
     parts = [f"{text} ({_shorten(names)})" for text, names in list(texts.items())[:LIMIT]]
-    extra = [f"and {len(texts) - LIMIT} others"] if len(texts) > LIMIT else []
+    tail = [f"and {len(texts) - LIMIT} others"] if len(texts) > LIMIT else []
     silent_note = [f"{NOT_STATED} for {count_text(len(silent), 'file')}"] if silent else []
-    return "; ".join([*parts, *extra, *silent_note]) or NOT_STATED
+    return "; ".join([*parts, *tail, *silent_note]) or NOT_STATED
 
 
 def _shorten(names: Sequence[str]) -> str:

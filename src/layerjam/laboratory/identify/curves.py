@@ -1,4 +1,4 @@
-"""Measured pulls as input to a fit to many of them."""
+"""Measured pulls, prepared for a joint fit."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -112,9 +112,6 @@ def make_curves(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Cur
     return number_repeats([make_curve(pull, vacuum, trace) for trace, pull, vacuum in pulls])
 
 
-curves_of = make_curves  # former name
-
-
 def group_conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
     """Return the indices of curves under the same conditions: vacuum and speed within `ALIKE`."""
     vacuums = number_levels([c.vacuum for c in curves])
@@ -156,18 +153,18 @@ def select_fitted_part(curve: Curve) -> slice:
     """
     height = curve.pull.peak_force
     rise = curve.force[: int(np.argmax(curve.force)) + 1]
-    below = np.flatnonzero(rise <= LINEAR[0] * height)
-    return slice(int(below[-1]) + 1 if len(below) else 0, len(curve.force))
+    indices_below = np.flatnonzero(rise <= LINEAR[0] * height)
+    return slice(int(indices_below[-1]) + 1 if len(indices_below) else 0, len(curve.force))
 
 
 def require_usable_pull(pull: PullFeatures, vacuum: float) -> None:
     """Raise FitError if a pull cannot be used in a fit to whole curves."""
     if vacuum <= 0:
         raise FitError.of(pull.path, f"a vacuum of {show(vacuum, 'Pa')} jams no sheet")
-    above = int((pull.force > LINEAR[0] * pull.peak_force).sum())
-    if above < SHORTEST:
+    sample_count = int((pull.force > LINEAR[0] * pull.peak_force).sum())
+    if sample_count < SHORTEST:
         raise FitError.of(
             pull.path,
-            f"has {above} samples above {LINEAR[0]:.0%} of its maximum force; at "
+            f"has {sample_count} samples above {LINEAR[0]:.0%} of its maximum force; at "
             f"least {SHORTEST} are needed to fit its curve",
         )

@@ -43,11 +43,11 @@ def check_span(
 ) -> Check:
     """Check that a value lies in its expected span; `quantity` names it in the sentence."""
     low, high = span
-    fine = low <= value <= high
+    is_ok = low <= value <= high
     sentence = (
-        f"{quantity} {value:.4g} lies {'within' if fine else 'outside'} {low:.3g} to {high:.3g}"
+        f"{quantity} {value:.4g} lies {'within' if is_ok else 'outside'} {low:.3g} to {high:.3g}"
     )
-    return check(name, fine, sentence, f": {advice}", level)
+    return check(name, is_ok, sentence, f": {advice}", level)
 
 
 def note_identifiability(brake: Brake) -> Check:
@@ -70,12 +70,12 @@ def check_plausibility(factor: float) -> Check:
 
 def check_stiffness(stiffness: float, sheets_alone: float, told_by: str = "") -> Check:
     """Check that a pull is not stiffer than its sheets; `told_by` names the pulls used."""
-    fine = stiffness <= sheets_alone
+    is_ok = stiffness <= sheets_alone
     return check(
         "stiffness",
-        fine,
+        is_ok,
         f"the measured stiffness {show(stiffness, 'N/m')}{told_by} is "
-        f"{'below' if fine else 'above'} the sheets' own, {show(sheets_alone, 'N/m')}",
+        f"{'below' if is_ok else 'above'} the sheets' own, {show(sheets_alone, 'N/m')}",
         ": check the film's modulus and the unit of the elongation",
         "failed",
     )
@@ -123,9 +123,9 @@ def check_scatter(
 
     A scatter above `GROSS` fails: some of the pulls have a different unit, vacuum or brake.
     """
-    fine = spread <= max(limit, 3 * own_error)
+    is_ok = spread <= max(limit, 3 * own_error)
     level: Level = "failed" if spread > max(GROSS, 3 * own_error) else "warning"
-    return check(name, fine, f"{quantity} of {used} scatter by {spread:.1%} (SD)", level=level)
+    return check(name, is_ok, f"{quantity} of {used} scatter by {spread:.1%} (SD)", level=level)
 
 
 def check_agreement(factors: Sequence[float], errors: Sequence[float]) -> Check:
@@ -168,16 +168,16 @@ def check_trend(
         return None
     span = float(np.ptp(quantities))
     change = line.slope * span
-    reach = float(stdtrit(line.freedom, quantile)) * line.slope_se * span
+    half_width = float(stdtrit(line.freedom, quantile)) * line.slope_se * span
     quantity = name.rpartition(" over ")[2]
     sentence = (
         f"over {quantity} from {show(float(quantities.min()), unit, 3)} to "
         f"{show(float(quantities.max()), unit, 3)}"
         f" the {word} changes by {format_percent(change)}"
     )
-    interval = f"{format_percent(change - reach)} to {format_percent(change + reach)}"
+    interval = f"{format_percent(change - half_width)} to {format_percent(change + half_width)}"
     sentence += f" ({200 * quantile - 100:.0f} % interval {interval})"
-    return check(name, abs(change) < SMALL or abs(change) <= reach, sentence)
+    return check(name, abs(change) < SMALL or abs(change) <= half_width, sentence)
 
 
 def check_no_trend(
@@ -217,9 +217,9 @@ def check_shape(
     `deviations` are the relative differences between the scale factor of each pull's sliding part
     and that of its peak. A mean within the factor's own 95 % interval (relative `half_width`, or
     None), or not significantly different from zero, passes, so that the check is as sharp as the
-    interval. A mean above `least` fails if Student's t rejects it with a probability `alarms` of
-    false alarms, however wide the interval is. `end` is the check at the curves' end; if it is
-    None, too few values yield None.
+    interval. A mean above `least` fails if Student's t rejects it with a false-alarm
+    probability `alarms`, however wide the interval is. `end` is the check at the curves' end; if
+    it is None, too few values yield None.
     """
     from scipy.special import stdtrit
 
@@ -238,7 +238,7 @@ def check_shape(
             float(stdtrit(count - 1, quantile)) * error for quantile in (0.975, 1 - alarms / 2)
         )
         limit = min(max(limit, half_interval), max(least, certain_limit))
-    fine = abs(mean) <= limit
+    is_ok = abs(mean) <= limit
     sentence = (
         f"after the peak the scale factor deviates by {format_percent(mean)} from that of the peak "
         f"(±{limit:.1%} is allowed)"
@@ -246,10 +246,6 @@ def check_shape(
     if end is not None:
         sentence = f"{end.sentence}; {sentence}"
     explanation = ": the law does not explain the peaks, as with static friction or stick–slip" * (
-        not fine
+        not is_ok
     )
-    return check("shape", fine and (end is None or end.passed), sentence, explanation)
-
-
-identifiability_note, interval_checks = note_identifiability, check_intervals  # former names
-check_plausible, single_pull_warning = check_plausibility, warn_about_single_pull  # former names
+    return check("shape", is_ok and (end is None or end.passed), sentence, explanation)

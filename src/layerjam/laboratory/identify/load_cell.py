@@ -108,8 +108,8 @@ def check_zero(
         return check("zero", True, sentence)
     worst = max(effects_above, key=lambda name: abs(effects_above[name][1]))
     force, effect = effects_above[worst]
-    others = f" (and in {len(effects_above) - 1} more)" if len(effects_above) > 1 else ""
-    sentence = f"the {quantity} in {worst}{others} is {force} {moment}"
+    more_text = f" (and in {len(effects_above) - 1} more)" if len(effects_above) > 1 else ""
+    sentence = f"the {quantity} in {worst}{more_text} is {force} {moment}"
     advice = f", which changes {result} by {effect:+.0%}: {cause}"
     return check("zero", False, sentence, advice, "failed" if abs(effect) > LARGE else "warning")
 

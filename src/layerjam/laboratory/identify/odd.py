@@ -31,13 +31,13 @@ SIMULATED = 2_000_000
 
 
 def find_outliers(
-    values: Array, alarms: float, least: float, limit: float = float("inf")
+    values: Array, alarms: float, min_difference: float, limit: float = float("inf")
 ) -> tuple[int, ...]:
     """Return the indices of outliers among normal values, shape (N,), in ascending order.
 
     `alarms` limits the fraction of faultless sets in which any outlier is reported (Bonferroni over
-    all sets of the same size). A value within `least` of the others' mean is never an outlier; a
-    value more than `limit` from the median always is.
+    all sets of the same size). A value within `min_difference` of the others' mean is never an
+    outlier; a value more than `limit` from the median always is.
     """
     count = len(values)
     if count < FEWEST:
@@ -49,7 +49,7 @@ def find_outliers(
         share = FIRST if size == 1 else (1 - FIRST) / (len(sizes) - 1)
         chance, indices = _find_likeliest_outliers(values, size)
         others_mean = np.delete(values, indices).mean()
-        if np.abs(values[list(indices)] - others_mean).min() <= least:
+        if np.abs(values[list(indices)] - others_mean).min() <= min_difference:
             continue
         ratio = chance / (alarms * (share if len(sizes) > 1 else 1.0))
         best = min(best, (ratio, indices))
@@ -115,7 +115,7 @@ def _find_likeliest_outliers(values: Array, size: int) -> tuple[float, tuple[int
 
 
 def find_shifted_group(
-    values: Array, groups: Sequence[Sequence[int]], alarms: float, least: float
+    values: Array, groups: Sequence[Sequence[int]], alarms: float, min_difference: float
 ) -> tuple[tuple[int, ...], float] | None:
     """Return the group whose mean differs most from the others', and the difference, or None.
 
@@ -129,24 +129,26 @@ def find_shifted_group(
     tests = 1 if len(groups) == 2 else len(candidates)
     best: tuple[float, tuple[int, ...], float] | None = None
     for group in candidates:
-        inside, peers = values[list(group)], np.delete(values, list(group))
-        gap = float(inside.mean() - peers.mean())
-        squares = float(((inside - inside.mean()) ** 2).sum() + ((peers - peers.mean()) ** 2).sum())
-        error = float(np.sqrt(squares / (count - 2) * (1 / len(inside) + 1 / len(peers))))
+        members, peers = values[list(group)], np.delete(values, list(group))
+        gap = float(members.mean() - peers.mean())
+        squares = float(
+            ((members - members.mean()) ** 2).sum() + ((peers - peers.mean()) ** 2).sum()
+        )
+        error = float(np.sqrt(squares / (count - 2) * (1 / len(members) + 1 / len(peers))))
         chance = 0.0 if error <= 1e-9 * abs(gap) else 2 * float(stdtr(count - 2, -abs(gap) / error))
         if best is None or (chance, -abs(gap)) < (best[0], -abs(best[2])):
             best = chance, tuple(group), gap
-    if best is None or best[0] * tests > alarms or abs(best[2]) <= least:
+    if best is None or best[0] * tests > alarms or abs(best[2]) <= min_difference:
         return None
     return best[1], best[2]
 
 
-def find_two_groups(values: Array, alarms: float, least: float) -> tuple[int, ...] | None:
+def find_two_groups(values: Array, alarms: float, min_difference: float) -> tuple[int, ...] | None:
     """Return the indices of the smaller of two groups of normal values, shape (N,), or None.
 
     The values are divided at the point that explains most of their variance, into groups of at
-    least two. The groups are separate if their means differ by more than `least`, and if a fraction
-    of at most `alarms` of normal samples of that size can be divided as well.
+    least two. The groups are separate if their means differ by more than `min_difference`, and
+    if at most a fraction `alarms` of normal samples of that size can be divided too.
     """
     count = len(values)
     if count < 4:
@@ -155,7 +157,7 @@ def find_two_groups(values: Array, alarms: float, least: float) -> tuple[int, ..
     shares = _explained_shares(values[order][None])[0]
     size = int(shares.argmax()) + 2
     low, high = order[:size], order[size:]
-    if float(values[high].mean() - values[low].mean()) <= least:
+    if float(values[high].mean() - values[low].mean()) <= min_difference:
         return None
     if shares.max() <= _critical_share(count, alarms):
         return None

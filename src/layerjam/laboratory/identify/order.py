@@ -19,8 +19,8 @@ from layerjam.laboratory.identify.single_pulls import SinglePull
 from layerjam.laboratory.measure.trace import Array
 
 WORN, WEAR_ALARMS = 0.1, 0.002
-"""Change over all pulls from which on their mean is not the present state of the brake, and the
-fraction of faultless campaigns in which a change may be found."""
+"""Change over all pulls above which their mean is not the brake's present state, and the fraction
+of faultless campaigns in which such a change may be reported."""
 ALARMS = 0.005
 """Fraction of faultless campaigns in which successive pulls may resemble each other."""
 FEWEST, FEWEST_MOUNTINGS = 5, 4
@@ -128,8 +128,8 @@ def _number_runs(pulls: Sequence[SinglePull]) -> list[int]:
 
 def _group_means(cells: Sequence[Hashable]) -> Array:
     """Return the matrix (N, N) that replaces each value by the mean of its cell."""
-    same = np.array([[float(cell == column) for cell in cells] for column in cells])
-    return np.asarray(same / same.sum(axis=1))
+    is_same_cell = np.array([[float(cell == column) for cell in cells] for column in cells])
+    return np.asarray(is_same_cell / is_same_cell.sum(axis=1))
 
 
 class _Trend(NamedTuple):
@@ -187,17 +187,17 @@ def _fit_mounting_trend(logs: Array, means: Array, runs: Sequence[int]) -> _Tren
     return _judge_trend(x, offsets, count - 1)
 
 
-def _judge_trend(x: Array, offsets: Array, freedom: int) -> _Trend:
+def _judge_trend(x: Array, offsets: Array, degrees_of_freedom: int) -> _Trend:
     """Return the trend of `offsets` over `x`, both (N,) with zero mean."""
     from scipy.special import stdtrit
 
     square = float(x @ x)
     slope = float(x @ offsets) / square
     residuals = offsets - slope * x
-    error = float(np.sqrt(residuals @ residuals / (freedom - 1) / square))
+    error = float(np.sqrt(residuals @ residuals / (degrees_of_freedom - 1) / square))
     change = float(np.expm1(slope * (len(x) - 1)))
-    reach = float(stdtrit(freedom - 1, 1 - WEAR_ALARMS / 2)) * error
-    return _Trend(change, abs(slope) > reach and abs(change) > SMALL)
+    half_width = float(stdtrit(degrees_of_freedom - 1, 1 - WEAR_ALARMS / 2)) * error
+    return _Trend(change, abs(slope) > half_width and abs(change) > SMALL)
 
 
 def _check_wear(trend: _Trend, source: str) -> Check:
@@ -225,11 +225,11 @@ def _least_step_squares(offsets: Array, means: Array) -> float:
 
 def _check_memory(offsets: Array, means: Array) -> Check:
     """Check that neighbouring pulls do not resemble each other."""
-    value = float(_neighbour_products(offsets[None])[0])
-    fine = value <= _critical_product(means.tobytes(), len(offsets), ALARMS)
+    value = float(_lag_one_correlations(offsets[None])[0])
+    is_ok = value <= _critical_product(means.tobytes(), len(offsets), ALARMS)
     sentence = f"the scale factors of successive pulls correlate by {value:+.2f}"
     advice = ": something drifts from pull to pull, so the pulls are not independent"
-    return check("neighbours", fine, sentence, advice)
+    return check("neighbours", is_ok, sentence, advice)
 
 
 def correlate_neighbours(values: Array, alarms: float) -> tuple[float, bool]:
@@ -239,11 +239,11 @@ def correlate_neighbours(values: Array, alarms: float) -> tuple[float, bool]:
     """
     count = len(values)
     means = np.full((count, count), 1 / count)
-    value = float(_neighbour_products((values - values.mean())[None])[0])
+    value = float(_lag_one_correlations((values - values.mean())[None])[0])
     return value, value > _critical_product(means.tobytes(), count, alarms)
 
 
-def _neighbour_products(offsets: Array) -> Array:
+def _lag_one_correlations(offsets: Array) -> Array:
     """Return the lag-one correlation of each row of (samples, N)."""
     squares = np.maximum((offsets**2).sum(axis=1), 1e-300)
     return np.asarray((offsets[:, 1:] * offsets[:, :-1]).sum(axis=1) / squares)
@@ -255,4 +255,4 @@ def _critical_product(means: bytes, count: int, alarms: float) -> float:
     matrix = np.eye(count) - np.frombuffer(means).reshape(count, count)
     random = np.random.Generator(np.random.PCG64(count))
     samples = random.standard_normal((SAMPLES, count)) @ matrix
-    return float(np.quantile(_neighbour_products(samples), 1 - alarms))
+    return float(np.quantile(_lag_one_correlations(samples), 1 - alarms))

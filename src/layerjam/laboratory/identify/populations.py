@@ -112,25 +112,29 @@ def check_population(rows: Sequence[SinglePull]) -> Check:
         for quantity, values in ((FACTOR, factors), (STIFFNESS, stiffnesses))
     }
     sentences = [_describe_groups(rows, q, group) for q, group in groups.items() if group]
-    alike = f"none of the {len(rows)} pulls differs from the others by more than plausible scatter"
-    return check("pulls", not sentences, "; ".join(sentences) or alike, GROUPS, "failed")
+    ok_sentence = (
+        f"none of the {len(rows)} pulls differs from the others by more than plausible scatter"
+    )
+    return check("pulls", not sentences, "; ".join(sentences) or ok_sentence, GROUPS, "failed")
 
 
 def _find_group(rows: Sequence[SinglePull], values: Values) -> tuple[int, ...]:
     """Return the indices of the pulls that differ from the others as a group; none if none do."""
     group, gross = _split_values(values), tuple(find_gross_outliers(values))
     others = {i for i, value in enumerate(values) if value is not None} - set(group)
-    if any(_explains(levels, group, others) for levels in _list_conditions(rows)):
+    if any(_separates_levels(levels, group, others) for levels in _list_conditions(rows)):
         return gross
     if group:
         means = [np.mean([np.log(values[i] or 1.0) for i in part]) for part in (group, others)]
         is_small = abs(means[0] - means[1]) <= np.log1p(LEAST_MOUNTED)
-        if is_small and any(_explains(levels, group, others) for levels in _list_pairs(rows)):
+        if is_small and any(
+            _separates_levels(levels, group, others) for levels in _list_pairs(rows)
+        ):
             return gross
     return group or gross
 
 
-def _explains(levels: Sequence[int], group: Iterable[int], others: Iterable[int]) -> bool:
+def _separates_levels(levels: Sequence[int], group: Iterable[int], others: Iterable[int]) -> bool:
     """Return whether no level occurs in both groups."""
     return not {levels[i] for i in group} & {levels[i] for i in others}
 

@@ -29,15 +29,15 @@ def check_single_pulls(
     `half_width` is the relative half-width of the scale factor's 95 % interval, and `end` the check
     at the end of the curves, as in `checks.check_shape`.
     """
-    odd = [f"{row.file}: {row.sentence}" for row in rows if row.is_outlier]
-    fine = f"none of the {len(rows)} pulls differs from the others"
+    outliers = [f"{row.file}: {row.sentence}" for row in rows if row.is_outlier]
+    ok_sentence = f"none of the {len(rows)} pulls differs from the others"
     if len(rows) < 3:
-        fine = "too few pulls to identify one that differs: three are needed"
+        ok_sentence = "too few pulls to identify one that differs: three are needed"
     shapes = [row.shape for row in rows if row.shape is not None]
-    alarms, least = ALARMS["shape of all"], LEAST["shape"]
+    alarms, least_effect = ALARMS["shape of all"], LEAST["shape"]
     checks: list[Check | None] = [
-        check_shape(shapes, half_width, alarms=alarms, least=least, end=end),
-        check("pull by pull", not odd, "; ".join(odd) if odd else fine),
+        check_shape(shapes, half_width, alarms=alarms, least=least_effect, end=end),
+        check("pull by pull", not outliers, "; ".join(outliers) if outliers else ok_sentence),
         check_population(rows),
         *check_order(rows),
         _check_rises(rows),
@@ -58,12 +58,15 @@ def _check_rises(rows: Sequence[SinglePull]) -> Check | None:
     bends = [float(np.log1p(row.seating)) for row in rows if row.seating is not None]
     if not bends:
         return None
-    soft = is_seat_soft(bends) or (
+    has_soft_seat = is_seat_soft(bends) or (
         len(rows) < FEWEST and any(r.verdicts["seating"] == "odd" for r in rows)
     )
     change = format_percent(float(np.mean(bends)))
     sentence = f"the upper half of the rises is {change} steeper than the lower"
     cause = ": something yields as the load rises, such as a grip or a cap in its seat"
     return check(
-        "seating", not soft, sentence, f"{cause}; the stiffness is not that of the brake alone"
+        "seating",
+        not has_soft_seat,
+        sentence,
+        f"{cause}; the stiffness is not that of the brake alone",
     )

@@ -143,7 +143,7 @@ def make_single_pulls(
         None if f is None else f / float(ratio) for f, ratio in zip(scale_factors, law, strict=True)
     ]
     springs = [c.pull.stiffness if c.pull.straight else None for c in curves]
-    rises = [c.pull.seating for c in curves]
+    seatings = [c.pull.seating for c in curves]
     findings = _Findings([dict.fromkeys(TESTS, "untold") for _ in curves], defaultdict(list))
     typical = float(np.median([f for f in factors if f is not None])) if any(factors) else None
     shifts = _compare_groups(findings, factors, curves)
@@ -164,7 +164,7 @@ def make_single_pulls(
             factor=scale_factors[i],
             stiffness=springs[i],
             shape=shapes[i],
-            seating=None if (bend := rises[i]) is None else float(np.expm1(bend)),
+            seating=None if (bend := seatings[i]) is None else float(np.expm1(bend)),
             verdicts=findings.verdicts[i],
             sentence=", ".join(findings.sentences[i]),
             mounting=curve.mounting,
@@ -254,9 +254,9 @@ def _compare_groups(
             continue
         group, shift = result
         level = show(float(np.mean([levels_of_pulls[i] for i in group])), unit, 3)
-        both = " (or the others are wrong)" if len(groups) == 2 else ""
+        alternative = " (or the others are wrong)" if len(groups) == 2 else ""
         change = format_percent(float(np.expm1(shift)))
-        words = f"at {level}, scale factors differ by {change} from the others{both}"
+        words = f"at {level}, scale factors differ by {change} from the others{alternative}"
         for place in group:
             findings.add_outlier(test, indices[place], words)
             shifts[indices[place]] += shift
@@ -289,7 +289,7 @@ def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
     bends, indices = findings.known_values("seating", [c.pull.seating for c in curves], 1)
     if not indices:
         return
-    soft = is_seat_soft(bends.tolist())
+    has_soft_seat = is_seat_soft(bends.tolist())
     # weight each by its own error: at low vacuum the rise is short and its bend uncertain
     errors = np.hypot([curves[i].pull.seating_se for i in indices], LEAST["seating"] / 4)
     middle = float(np.average(bends, weights=errors**-2))
@@ -297,7 +297,7 @@ def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
     for place, (bend, error) in enumerate(zip(bends, errors, strict=True)):
         is_outlier = place in out and abs(bend - middle) > LEAST["seating"]
         is_bent = len(bends) < FEWEST and bend - 4 * error > LEAST["seating"]
-        if is_outlier or is_bent or soft:
+        if is_outlier or is_bent or has_soft_seat:
             words = f"its rise is {format_percent(float(np.expm1(bend)))} steeper in its upper half"
             findings.add_outlier("seating", indices[place], words)
 

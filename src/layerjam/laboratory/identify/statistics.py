@@ -78,10 +78,10 @@ def summarise_repeats(
         )
     sd = float(numbers.std(ddof=1))
     error = sd / count**0.5
-    reach = math.hypot(
+    half_width = math.hypot(
         float(stdtrit(count - 1, 0.5 + LEVEL / 2)) * error, COVERAGE * limit / math.sqrt(3)
     )
-    low, high = interval_ends(mean, reach, positive)
+    low, high = interval_ends(mean, half_width, positive)
     return OverRepeats(mean=mean, sd=sd, standard_error=error, low=low, high=high, repeats=count)
 
 

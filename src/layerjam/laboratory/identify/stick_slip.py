@@ -132,7 +132,7 @@ class Search(NamedTuple):
 
 
 def turning_points(values: Array, least: float) -> tuple[Indices, Indices]:
-    """Return (peaks, troughs): alternating indices where the values turn by more than `least`."""
+    """Return (peaks, troughs): alternating indices of turns by more than `least`."""
     step = np.diff(values)
     moving = np.flatnonzero(step)
     if not len(moving):
@@ -198,8 +198,8 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
             break
         smooth = running_mean(force, samples)
         smoothed_noise = noise / samples**0.5
-        least = max(STANDS_OUT * smoothed_noise, 0.3 * LEAST_SWING * abs(float(force.mean())))
-        peaks, troughs = _find_large_turns(smooth, least)
+        min_swing = max(STANDS_OUT * smoothed_noise, 0.3 * LEAST_SWING * abs(float(force.mean())))
+        peaks, troughs = _find_large_turns(smooth, min_swing)
         teeth, explanation = _judge_turns(stretch._replace(samples=samples), smooth, peaks, troughs)
         if teeth is not None and (best is None or teeth.teeth > best.teeth):
             best, reason = teeth, explanation
@@ -213,14 +213,14 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
     return Search(best, reason)
 
 
-def _find_large_turns(smooth: Array, least: float) -> tuple[Indices, Indices]:
-    """Return the turning points of the swings above `least`, without small ripples on them."""
-    peaks, troughs = turning_points(smooth, least)
+def _find_large_turns(smooth: Array, min_swing: float) -> tuple[Indices, Indices]:
+    """Return the turning points of the swings above `min_swing`, without small ripples on them."""
+    peaks, troughs = turning_points(smooth, min_swing)
     if min(len(peaks), len(troughs)) < 3:
         return peaks, troughs
-    both = np.sort(np.concatenate([peaks, troughs]))
-    usual = float(np.percentile(np.abs(np.diff(smooth[both])), 80))
-    return turning_points(smooth, max(least, 0.4 * usual))
+    turns = np.sort(np.concatenate([peaks, troughs]))
+    typical_swing = float(np.percentile(np.abs(np.diff(smooth[turns])), 80))
+    return turning_points(smooth, max(min_swing, 0.4 * typical_swing))
 
 
 def _robust_scatter(values: Array) -> float:
@@ -255,9 +255,9 @@ def _judge_turns(stretch: _Stretch, smooth: Array, peaks: Indices, troughs: Indi
         return Search(None, f"only {count} clear swings: too few to decide")
     if np.median(np.diff(peaks)) < 4 * samples and samples > 1:
         return Search(None, "swings no longer than the smoothing window")
-    alike = count >= MANY_TEETH and max(irregular, slopes) <= ALIKE
-    least = LEAST_SHARE if alike else SUDDEN
-    if mean_share < least or mean_share - 0.5 < CLEAR * spread:
+    is_regular = count >= MANY_TEETH and max(irregular, slopes) <= ALIKE
+    least_share = LEAST_SHARE if is_regular else SUDDEN
+    if mean_share < least_share or mean_share - 0.5 < CLEAR * spread:
         return Search(
             None,
             f"the force swings {count} times but rises for {mean_share:.0%} of each: a "
@@ -283,8 +283,8 @@ def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
     if float(np.median(high - low)) < 50 * noise:
         # the highest sample of a noisy tooth is too high, so use the ends of its straight rise
         for i, (a, b) in enumerate(zip(feet.tolist(), tops.tolist(), strict=True)):
-            inside = slice(a + 1, b)
-            line = fit_line(position[inside], force[inside]) if b - a > 4 else None
+            interior = slice(a + 1, b)
+            line = fit_line(position[interior], force[interior]) if b - a > 4 else None
             if line is not None:
                 low[i], high[i] = (line.value_at(float(position[k])) for k in (a, b))
     count = len(peaks)
@@ -330,23 +330,23 @@ def _find_fall_ends(force: Array, turns: _Turns, samples: int) -> tuple[Indices,
     peaks, starts, ends = turns
     if samples < 3:
         return peaks, starts
-    half = samples // 2
+    half_window = samples // 2
     sums = np.cumsum(np.concatenate([[0.0], force]))
     last = len(force) - 1
 
     def find_fall(early: int, late: int) -> tuple[int, int]:
-        places = np.arange(max(early, half), min(late, last - half) + 1)
+        places = np.arange(max(early, half_window), min(late, last - half_window) + 1)
         if not len(places):
             return early, late
         before, after = (
-            sums[places + 1] - sums[places + 1 - half],
-            sums[places + 1 + half] - sums[places + 1],
+            sums[places + 1] - sums[places + 1 - half_window],
+            sums[places + 1 + half_window] - sums[places + 1],
         )
         centre = int(places[np.argmax(before - after)])
         reach = max(late - early - samples, 0) // 2
         return max(centre - reach, 0), min(centre + 1 + reach, last)
 
-    falls = [find_fall(p, t) for p, t in zip(peaks.tolist(), ends.tolist(), strict=True)]
-    tops = np.array([top for top, _ in falls], np.intp)
-    feet = np.array([starts[0], *(foot for _, foot in falls[:-1])], np.intp)
+    fall_ends = [find_fall(p, t) for p, t in zip(peaks.tolist(), ends.tolist(), strict=True)]
+    tops = np.array([top for top, _ in fall_ends], np.intp)
+    feet = np.array([starts[0], *(foot for _, foot in fall_ends[:-1])], np.intp)
     return np.maximum(tops, feet + 1), feet

@@ -30,9 +30,9 @@ def read_history(
         vacuum = atmosphere - absolute
         wrong = (vacuum < 0) | (vacuum > atmosphere)
         if wrong.any():
-            bad = int(np.argmax(wrong))
+            first = int(np.argmax(wrong))
             raise FitError(
-                f"vacuum {show(float(vacuum[bad]), 'Pa')} at {show(time[bad], 's')} is not "
+                f"vacuum {show(float(vacuum[first]), 'Pa')} at {show(time[first], 's')} is not "
                 f"between 0 and atmospheric pressure, {show(atmosphere, 'Pa')}"
             )
 

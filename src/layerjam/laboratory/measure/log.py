@@ -150,20 +150,20 @@ def read_log(
             warnings = list_unit_conflicts(_split_units(written_header, wants), columns_used, wants)
     else:
         rows = pair_times(rows, wants, entries)
-        alike = partial(are_equal_columns, rows, decimal=decimal, from_start=False)
-        columns_used, notes = assign_columns(rows.table.header, wants, entries, alike)
+        are_equal = partial(are_equal_columns, rows, decimal=decimal, from_start=False)
+        columns_used, notes = assign_columns(rows.table.header, wants, entries, are_equal)
     columns = list(columns_used.values())
     rows, fixes = _drop_points(rows, columns, decimal)
     values = dict(zip(columns_used, read_columns(rows, columns, decimal), strict=True))
     _check_time(rows, columns_used, values, wants)
-    above = source.data[: table.first]
+    head_bytes = source.data[: table.first]
     return Log(
         source.path,
         values,
         columns_used,
         _parse_head(source, table),
         (*notes, *source.notes, *fixes),
-        is_marked_synthetic(above) or read_facts(source.path).synthetic,
+        is_marked_synthetic(head_bytes) or read_facts(source.path).synthetic,
         tuple(f"{Path(source.path).name}: {warning}" for warning in warnings),
         rows.table.header,
     )
@@ -181,17 +181,23 @@ def _find_largest_table(
     if listed and not blocks:
         raise FileError(source.path, "contains no row of numbers")
     if listed:
-        bare, first = make_bare_table(lines, blocks[0]), blocks[0].table
-        is_same = first is not None and len(first.header.names) == len(bare.header.names)
-        return replace(bare, last=None), first.header if first and is_same else None
+        bare_table, first = make_bare_table(lines, blocks[0]), blocks[0].table
+        is_same = first is not None and len(first.header.names) == len(bare_table.header.names)
+        return replace(bare_table, last=None), first.header if first and is_same else None
     best = max((b for b in blocks if b.table), key=lambda b: (b.has_units, b.rows), default=None)
     table = best.table if best else find_headless_table(lines, blocks)
     if table is None:
-        main = max(blocks, key=lambda b: b.rows, default=None)
-        order = suggest_order(make_bare_table(lines, main).header, wants) if main else ""
+        largest_block = max(blocks, key=lambda b: b.rows, default=None)
+        order = (
+            suggest_order(make_bare_table(lines, largest_block).header, wants)
+            if largest_block
+            else ""
+        )
         raise FileError(
             source.path,
-            f"has {main.width} columns of numbers without names" if main else "contains no table",
+            f"has {largest_block.width} columns of numbers without names"
+            if largest_block
+            else "contains no table",
             how=f"; specify each one, in order, such as {order}" if order else "",
             asks="columns",
         )
@@ -255,23 +261,23 @@ def _drop_points(
 
 
 def _check_time(
-    rows: Rows, used: Mapping[str, Column], values: Mapping[str, Array], wants: Sequence[Want]
+    rows: Rows, columns: Mapping[str, Column], values: Mapping[str, Array], wants: Sequence[Want]
 ) -> None:
     """Raise FileError, with column and line, if a required time decreases or never increases."""
-    due = any(w.role == "time" and not w.optional for w in wants)
-    if not due or "time" not in values:
+    needs_time = any(w.role == "time" and not w.optional for w in wants)
+    if not needs_time or "time" not in values:
         return
     backwards = np.flatnonzero(np.diff(values["time"]) < 0)
     if backwards.size:
         before, after = (float(values["time"][backwards[0] + place]) for place in (0, 1))
         raise FileError(
             rows.source.path,
-            f"time runs backwards in column '{used['time'].name[:60]}', from "
+            f"time runs backwards in column '{columns['time'].name[:60]}', from "
             f"{show(before, 's', 6)} to {show(after, 's', 6)}",
             rows.line(int(backwards[0]) + 1),
         )
     if len(values["time"]) < 2 or values["time"][-1] <= values["time"][0]:
-        name = used["time"].name[:60]
+        name = columns["time"].name[:60]
         raise FileError(rows.source.path, f"its time never increases, in column '{name}'")
 
 

@@ -28,11 +28,11 @@ def running_mean(values: Array, samples: int) -> Array:
     """Return the centred running mean over an odd number of samples, with the ends repeated."""
     if samples < 3:
         return values
-    half = samples // 2
-    width = 2 * half + 1
+    half_window = samples // 2
+    width = 2 * half_window + 1
     sums = np.empty(len(values) + width)  # one array, because a record may be long
-    sums[: half + 1], sums[-half:] = values[0], values[-1]
-    sums[0], sums[half + 1 : -half] = 0.0, values
+    sums[: half_window + 1], sums[-half_window:] = values[0], values[-1]
+    sums[0], sums[half_window + 1 : -half_window] = 0.0, values
     means = np.cumsum(sums, out=sums)[width:] - sums[:-width]
     means /= width
     return means
@@ -49,8 +49,8 @@ def find_quantum(values: Array) -> float:
     if not len(steps):
         return 0.0
     # steps that are rounded to decimal digits differ in width
-    least = float(steps.min())
-    return float(steps[steps < 1.2 * least].mean())
+    smallest_step = float(steps.min())
+    return float(steps[steps < 1.2 * smallest_step].mean())
 
 
 def rounding_limit(samples: Array, quantum: float) -> float:

@@ -14,7 +14,11 @@ from layerjam.core.toml_files.reader import Reader
 from layerjam.core.toml_files.toml import parse_toml
 from layerjam.core.toml_files.values import ListSpec, TextSpec, entries, value
 from layerjam.core.units import like, quantity
-from layerjam.laboratory.measure.readers.unit_words import ROLES, convert_unit, weight_unit
+from layerjam.laboratory.measure.readers.unit_words import (
+    ROLES,
+    convert_unit,
+    force_unit_for,
+)
 from layerjam.laboratory.measure.sidecar import READ, list_fact_files, read_text_or_empty
 
 SKIP = "skip"
@@ -144,7 +148,7 @@ def _parse_entry(text: str, index: int | None, roles: Mapping[str, str]) -> Colu
     si = roles[role]
     if convert_unit(unit, si) is None and (unit or (index is not None and si != "1")):
         fault = f"'{unit[:20]}' is not a unit of {role}" if unit else f"{role} has no unit"
-        weight = weight_unit(unit) if si == "N" else None
+        weight = force_unit_for(unit) if si == "N" else None
         fault += ", a unit of mass" if weight else ""
         raise QuantityError(f"columns: {fault}; give a unit such as {role}:{weight or si}")
     return ColumnEntry(role, unit, name.strip() if index is None else None, index)

@@ -55,8 +55,8 @@ def read_absolute(
     stated_reading = find_reference(column)
     reads = {kind: Pressure(value, kind, atmosphere, list(log.notices)) for kind in REFERENCES}
 
-    def list_possible(suits: Test | None) -> list[str]:
-        return [kind for kind, read in reads.items() if not _explain_impossible(read, suits)]
+    def list_possible(is_suitable: Test | None) -> list[str]:
+        return [kind for kind, read in reads.items() if not _explain_impossible(read, is_suitable)]
 
     kind = reading or stated_reading
     if kind is None:
@@ -71,8 +71,10 @@ def read_absolute(
     if fault is not None:
         can_exist = _explain_impossible(reads[kind], None) is None
         possible = list_possible(test) or ([] if can_exist else list_possible(None))
-        below = -float(value.min())
-        if kind == "vacuum" and ABOVE_ATMOSPHERE < below < value.max():  # mostly a vacuum
+        lowest_gauge = -float(value.min())
+        if (
+            kind == "vacuum" and ABOVE_ATMOSPHERE < lowest_gauge < value.max()
+        ):  # the log is mostly vacuum
             fault += "; check the sensor's zero, its reading at atmospheric pressure"
             possible = []
         name = f"column '{column.name[:60]}'"

@@ -117,19 +117,19 @@ def _find_largest_block(source: Source) -> tuple[Lines, Block]:
 
 def _make_block_header(lines: Lines, block: Block) -> Header:
     """Return the names and units of a block, one for each field of its rows."""
-    bare = make_bare_table(lines, block).header
+    bare_header = make_bare_table(lines, block).header
     if block.table is None:
-        return bare
+        return bare_header
     head = block.table.header
     count = min(len(head.names), block.width)
-    names = head.names[:count] + bare.names[count:]
-    units = head.units[:count] + bare.units[count:]
+    names = head.names[:count] + bare_header.names[count:]
+    units = head.units[:count] + bare_header.units[count:]
     return Header(names, units, head.style, head.line, path=head.path)
 
 
 def _preview_table(lines: Lines, block: Block, header: Header) -> Table:
-    bare = make_bare_table(lines, block)
-    return Table(header, bare.separator, bare.first, bare.last, bare.rows)
+    bare_table = make_bare_table(lines, block)
+    return Table(header, bare_table.separator, bare_table.first, bare_table.last, bare_table.rows)
 
 
 def _assign_roles(
@@ -140,13 +140,13 @@ def _assign_roles(
     if options.by_order is not None:
         by_index = {e.index: (e.role, e.unit) for e in entries.values() if e.index is not None}
         return {i: pair for i, pair in by_index.items() if i < len(table.header.names)}
-    alike = partial(
+    are_equal = partial(
         are_equal_columns, Rows(source, table), decimal=options.decimal or source.decimal
     )
     roles: dict[int, tuple[str, str]] = {}
     for want in PULL:
         try:
-            columns, _ = assign_columns(table.header, [want], entries, alike)
+            columns, _ = assign_columns(table.header, [want], entries, are_equal)
         except LayerjamError:
             continue
         for column in columns.values():
@@ -156,5 +156,5 @@ def _assign_roles(
 
 def _shorten(text: str) -> str:
     """Return a cell for a page: printable, on one line, at most `LETTERS` characters."""
-    plain = " ".join("".join(c if c.isprintable() else " " for c in text).split())
-    return plain if len(plain) <= LETTERS else plain[: LETTERS - 1] + "…"
+    printable = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return printable if len(printable) <= LETTERS else printable[: LETTERS - 1] + "…"

@@ -35,11 +35,13 @@ def format_run_csv(run: Run) -> str:
     """Return the run as text: a header with metadata, names with units, and rows of samples."""
     head = {"data": SYNTHETIC if run.simulated else MEASURED}
     head |= {key: text for key, text in run.meta.items() if text and key != "simulated"}
-    short = {key: text for key, text in head.items() if "\n" not in text and len(text) <= LONG}
+    short_entries = {
+        key: text for key, text in head.items() if "\n" not in text and len(text) <= LONG
+    }
     columns = order_columns(run)
     text = io.StringIO()
     text.write(f"# layerjam {__version__} bench export\n")
-    text.writelines(comment(f"{key}: {value}") + "\n" for key, value in short.items())
+    text.writelines(comment(f"{key}: {value}") + "\n" for key, value in short_entries.items())
     names = (f"{name} [{UNITS[name]}]" if name in UNITS else name for name in columns)
     text.write(",".join(names) + "\n")
     cells = [_format_cells(name, values) for name, values in columns.items()]

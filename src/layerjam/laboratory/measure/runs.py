@@ -87,27 +87,27 @@ class Run:
     def between(self, start: float | None, end: float | None) -> "Run":
         """Return the samples from `start` to `end` [s]; raises QuantityError if there are none."""
         time = self.columns["time"]
-        inside = np.ones(len(time), bool)
+        is_inside = np.ones(len(time), bool)
         if start is not None:
-            inside &= time >= start
+            is_inside &= time >= start
         if end is not None:
-            inside &= time <= end
-        if not inside.any():
+            is_inside &= time <= end
+        if not is_inside.any():
             ends = [show(float(end), "s") for end in (time[0], time[-1])] if len(time) else []
             span = " to ".join(ends) or "none"
             raise QuantityError.of("from", f"no sample in this range; the samples cover {span}")
-        columns = {name: values[inside] for name, values in self.columns.items()}
-        first, last = float(time[inside][0]), float(time[inside][-1])
+        columns = {name: values[is_inside] for name, values in self.columns.items()}
+        first, last = float(time[is_inside][0]), float(time[is_inside][-1])
         shots = tuple(shot for shot in self.shots if first <= self.trigger_time(shot) <= last)
         gaps = count_missing_samples(columns["boot"], columns["seq"])
         return replace(self, columns=columns, gaps=gaps, shots=shots)
 
     def trigger_time(self, shot: Shot) -> float:
         """Return the time of a shot's trigger [s]; NaN if its boot of the board has no sample."""
-        inside = np.flatnonzero(self.columns["boot"] == shot.boot)
-        if not len(inside):
+        indices = np.flatnonzero(self.columns["boot"] == shot.boot)
+        if not len(indices):
             return math.nan
-        first = inside[0]
+        first = indices[0]
         delay = shot.trigger_us - int(self.columns["board_us"][first])
         return float(self.columns["time"][first]) + delay * 1e-6
 
@@ -224,20 +224,20 @@ def sample_times(columns: Mapping[str, Array], clock: Array) -> Array:
     origin: tuple[int, int] | None = None
     last = 0.0
     for number in dict.fromkeys(boot.tolist()):
-        inside = boot == number
-        seconds = (board[inside] - board[inside][0]) * 1e-6
-        start = _find_boot_clocks(clock[clock[:, 0] == number], int(board[inside][0]))
-        after = 0.0
+        is_same_boot = boot == number
+        seconds = (board[is_same_boot] - board[is_same_boot][0]) * 1e-6
+        start = _find_boot_clocks(clock[clock[:, 0] == number], int(board[is_same_boot][0]))
+        time_offset = 0.0
         if origin is None:
             origin = start
         elif start is not None:
             # the monotonic clock restarts with the host, so only the calendar clock can be used
             clock_index = 0 if start[0] > origin[0] + last * 1e9 else 1
-            after = max((start[clock_index] - origin[clock_index]) * 1e-9, last)
+            time_offset = max((start[clock_index] - origin[clock_index]) * 1e-9, last)
         else:
-            after = last
-        time[inside] = seconds + after
-        last = float(time[inside][-1])
+            time_offset = last
+        time[is_same_boot] = seconds + time_offset
+        last = float(time[is_same_boot][-1])
     return time
 
 

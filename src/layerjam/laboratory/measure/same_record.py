@@ -117,8 +117,8 @@ def _correlate_samples(sparse: tuple[Array, Array], dense: tuple[Array, Array]) 
     spans = [clock[-1] - clock[0] for clock in (sparse[0], dense[0])]
     if high - low < SHARED * min(spans):
         return
-    inside = (sparse[0] >= low) & (sparse[0] <= high)
-    grid, force = sparse[0][inside], sparse[1][inside]
+    is_inside = (sparse[0] >= low) & (sparse[0] <= high)
+    grid, force = sparse[0][is_inside], sparse[1][is_inside]
     if len(grid) < LEAST:
         return
     yield _correlate_forces(force, np.interp(grid, *dense))

@@ -91,11 +91,11 @@ def find_plateau(record: Array, noise: float | None = None) -> Plateau | None:
     if (is_coarse and rise < FINE * quantum) or not _has_corner(record, start, end, noise):
         return None
     level, scatter = float(part.mean()), float(part.std(ddof=1))
-    ends = _falls(record[end:], level, noise, end - start >= LONG)
+    ends = _has_fall(record[end:], level, noise, end - start >= LONG)
     return Plateau(level, scatter / len(part) ** 0.5, start, end, noise, scatter, ends)
 
 
-def _falls(samples: Array, level: float, noise: float, is_long: bool) -> bool:
+def _has_fall(samples: Array, level: float, noise: float, is_long: bool) -> bool:
     """Return whether the samples after a plateau fall below it: most of them, or all at once."""
     if len(samples) < LEAST:
         return False
@@ -109,16 +109,16 @@ def _locate_top(record: Array, noise: float) -> tuple[int, int]:
     """Return the ends of the samples around the maximum that the noise explains as its level."""
     smooth = running_mean(record, SMOOTH)
     top = int(np.argmax(smooth))
-    start, end = _inside(top, top, smooth < smooth[top] - BAND * noise / SMOOTH**0.5)
-    # the mean is too low within half its length of either end
+    start, end = _extend_section(top, top, smooth < smooth[top] - BAND * noise / SMOOTH**0.5)
+    # the running mean is too low within half its length of either end
     start, end = start + SMOOTH // 2, end - SMOOTH // 2
     if end <= start:
         return top, top
     level = float(record[start:end].mean())
-    return _inside(start, end, np.abs(record - level) > CLOSE * noise)
+    return _extend_section(start, end, np.abs(record - level) > CLOSE * noise)
 
 
-def _inside(first: int, last: int, outside: npt.NDArray[np.bool_]) -> tuple[int, int]:
+def _extend_section(first: int, last: int, outside: npt.NDArray[np.bool_]) -> tuple[int, int]:
     """Return the section from `first` to `last`, extended until a sample is outside."""
     places = np.flatnonzero(outside)
     before, after = places[places < first], places[places >= last]

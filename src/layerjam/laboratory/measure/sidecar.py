@@ -154,6 +154,3 @@ def format_facts(facts: Facts) -> str:
 def write_facts(path: str | Path, facts: Facts, overwrite: bool = False) -> Path:
     """Write the sidecar of the data file `path`; FileError if one exists, unless `overwrite`."""
     return store_file(sidecar_path(path), format_facts(facts), overwrite)
-
-
-fact_files, facts_text = list_fact_files, format_facts  # former names

@@ -122,9 +122,9 @@ def check_trace(trace: Trace, line: Callable[[int], int | None], *, turned: bool
         values = getattr(trace, name)
         if values is None:
             continue
-        bad = ~(np.abs(values) <= largest)
-        if bad.any():
-            row = int(bad.argmax())
+        is_invalid = ~(np.abs(values) <= largest)
+        if is_invalid.any():
+            row = int(is_invalid.argmax())
             raise FileError(
                 trace.path,
                 f"{name} {show(float(values[row]), unit)} is beyond the range of any test "
@@ -207,10 +207,10 @@ def _check_saturation(trace: Trace) -> None:
             trace.path,
             f"the force is {show(top, 'N')} in every row: the load cell did not measure",
         )
-    least = int(min(20, max(8, rows // 10)))
+    min_count = int(min(20, max(8, rows // 10)))
     at_top = force >= top - 1e-9 * abs(top)
     stuck = int(at_top.sum())
-    if top <= 0 or stuck < least:
+    if top <= 0 or stuck < min_count:
         return
     if np.ptp(trace.elongation[at_top]) < 0.005 * np.ptp(trace.elongation):
         return
@@ -220,7 +220,7 @@ def _check_saturation(trace: Trace) -> None:
     _, counts = np.unique(force[upper], return_counts=True)
     often, longest = int(counts.max(initial=1)), _find_longest_run(upper, force)
     stuck_run = _find_longest_run(at_top, np.where(at_top, top, force))
-    if _is_far_more(stuck, often, least) or _is_far_more(stuck_run, longest, least):
+    if _is_far_more(stuck, often, min_count) or _is_far_more(stuck_run, longest, min_count):
         raise FileError(
             trace.path,
             f"the load cell was saturated: {stuck} of {rows} samples are at exactly "
@@ -248,9 +248,9 @@ def _check_plateau(trace: Trace) -> None:
     )
 
 
-def _is_far_more(stuck: int, others: int, least: int) -> bool:
-    """Return whether a count is ten times the others', or at least `least` if none repeats."""
-    return stuck >= max(least, 10 * others if others > 1 else least)
+def _is_far_more(stuck: int, typical_count: int, minimum: int) -> bool:
+    """Return whether a count is ten times the others', or at least `minimum` if none repeats."""
+    return stuck >= max(minimum, 10 * typical_count if typical_count > 1 else minimum)
 
 
 def _find_longest_run(mask: npt.NDArray[np.bool_], force: Array) -> int:

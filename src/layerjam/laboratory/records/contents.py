@@ -52,11 +52,11 @@ def require_closed_run(path: str) -> None:
     """Raise FileError if part of a run's data is still in a separate file."""
     log = Path(f"{path}-wal")
     if log.exists() and log.stat().st_size:
-        close = ("sqlite3", Path(path).name, "PRAGMA journal_mode = DELETE")
+        command = ("sqlite3", Path(path).name, "PRAGMA journal_mode = DELETE")
         raise FileError(
             path,
             f"is not closed: {log.name} next to it contains part of the run. If the recording "
-            f"has ended, close it with: {format_command_line(close)}",
+            f"has ended, close it with: {format_command_line(command)}",
         )
 
 
@@ -162,10 +162,15 @@ def read_content(path: str | Path) -> Content:
         with place.open("rb") as handle:
             head = handle.read(HEAD)
         digest = sha256(name)
-    full = place.absolute()
-    if clean_text(str(full)) != str(full):
+    full_path = place.absolute()
+    if clean_text(str(full_path)) != str(full_path):
         raise FileError(name, "has a name that is not UTF-8 text; rename it")
-    file = {"sha256": digest, "bytes": size, "name": full.name, "folder": str(full.parent)}
+    file = {
+        "sha256": digest,
+        "bytes": size,
+        "name": full_path.name,
+        "folder": str(full_path.parent),
+    }
     if head.startswith(SQLITE) or place.suffix == ENDING:
         return read_run_content(name, file)
     if place.suffix == ".toml":
@@ -223,8 +228,8 @@ def _read_brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
         },
         cited=tuple(cited),
     )
-    others = {"calibration": calibration}
-    return Content(path=path, file=file, piece=piece, others=others)
+    origins = {"calibration": calibration}
+    return Content(path=path, file=file, piece=piece, others=origins)
 
 
 def _cite_files(entries: Any, role: str) -> list[Cited]:
@@ -349,5 +354,5 @@ def _find_header_brake(comments: list[str]) -> str | None:
     if "brake:" not in comments:
         return None
     lines = comments[comments.index("brake:") + 1 :]
-    inside = [line.removeprefix("  ") for line in lines if not line or line.startswith("  ")]
-    return "\n".join(inside) + "\n"
+    header_lines = [line.removeprefix("  ") for line in lines if not line or line.startswith("  ")]
+    return "\n".join(header_lines) + "\n"

@@ -52,6 +52,6 @@ def find_by_key(db: Connection, kind: str, *keys: str) -> str | None:
 def find_unlinked(db: Connection, child: str) -> list[Cited]:
     """Return the sources that a record cites but that are not in the database."""
     columns = (CITED.c.key, CITED.c.role, CITED.c.name)
-    missing = select(*columns).outerjoin(KEYS, KEYS.c.key == CITED.c.key)
-    query = missing.where(CITED.c.child == child, KEYS.c.id.is_(None)).order_by(CITED.c.name)
+    citations = select(*columns).outerjoin(KEYS, KEYS.c.key == CITED.c.key)
+    query = citations.where(CITED.c.child == child, KEYS.c.id.is_(None)).order_by(CITED.c.name)
     return [Cited(*row) for row in db.execute(query)]

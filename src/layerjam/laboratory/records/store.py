@@ -91,12 +91,12 @@ def _add_contents(db: Connection, contents: Iterable[Content], result: Additions
         if problem is not None:
             result.refused[content.path] = problem
             continue
-        inside: dict[str, str] = {}
-        ident = _enter_file(db, content, inside)
+        content_ids: dict[str, str] = {}
+        ident = _enter_file(db, content, content_ids)
         result.ids[content.path] = ident
-        result.others |= {c: f"{kind} in {content.path}" for c, kind in inside.items()}
+        result.others |= {c: f"{kind} in {content.path}" for c, kind in content_ids.items()}
         result.notes += [(content.path, note) for note in content.notes]
-        fresh |= dict.fromkeys((ident, *inside), content.path)
+        fresh |= dict.fromkeys((ident, *content_ids), content.path)
         _cite_later_facts(db, content)
     for child, path in fresh.items():
         result.unlinked += [(path, c.role, c.name, c.key) for c in find_unlinked(db, child)]
@@ -134,10 +134,12 @@ def _has_digest(path: Path, digest: str) -> bool:
 def find_refusal_reason(db: Connection, content: Content) -> str | None:
     """Return the reason why a file cannot be added, or None."""
     piece = content.piece
-    same = [FILES.c.sha256 == content.file["sha256"]]
+    conditions = [FILES.c.sha256 == content.file["sha256"]]
     if piece is not None:  # a byte-order mark changes the bytes but not the text
-        same.append(FILES.c.id == _find_existing_id(db, piece))
-    row = db.execute(select(FILES.c.id, FILES.c.name, FILES.c.made_at).where(or_(*same))).first()
+        conditions.append(FILES.c.id == _find_existing_id(db, piece))
+    row = db.execute(
+        select(FILES.c.id, FILES.c.name, FILES.c.made_at).where(or_(*conditions))
+    ).first()
     if row is not None:
         ident, name, made_at = row
         reason = _find_withdrawal_reason(db, ident)
@@ -195,8 +197,8 @@ def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str
 
 
 def _find_existing_id(db: Connection, piece: Piece) -> str | None:
-    same = ENTRIES.c.identity == identity(piece.kind, piece.columns)
-    return db.execute(select(ENTRIES.c.id).where(same)).scalar()
+    has_same_identity = ENTRIES.c.identity == identity(piece.kind, piece.columns)
+    return db.execute(select(ENTRIES.c.id).where(has_same_identity)).scalar()
 
 
 def _enter_piece(db: Connection, piece: Piece, origin: Mapping[str, str]) -> str:
@@ -233,9 +235,9 @@ def withdraw_record(database: Database, ident: str, reason: str) -> tuple[str, l
         resolve_record_id(db, ident, database.where)
     with database.open_transaction() as db:
         full_id = resolve_record_id(db, ident, database.where)
-        before = _find_withdrawal_reason(db, full_id)
-        if before is not None:
-            raise RecordsError(f"{full_id}: was already withdrawn; reason: {before}")
+        old_reason = _find_withdrawal_reason(db, full_id)
+        if old_reason is not None:
+            raise RecordsError(f"{full_id}: was already withdrawn; reason: {old_reason}")
         text = clean_text(reason.strip())
         entry = {"id": full_id, "when": utc_timestamp(), "why": text, "by": user_name()}
         db.execute(WITHDRAWN.insert().values(**entry))

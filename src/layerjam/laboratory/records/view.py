@@ -116,7 +116,7 @@ def _summarise_row(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _iterate_sources(
-    ident: str, parents: Mapping[str, Sequence[Any]], every: Mapping[str, Mapping[str, Any]]
+    ident: str, parents: Mapping[str, Sequence[Any]], rows: Mapping[str, Mapping[str, Any]]
 ) -> Iterator[dict[str, Any]]:
     """Yield the sources of a record, nearest first; `child` is derived from the source."""
     links: set[tuple[str, str, str]] = set()
@@ -126,12 +126,14 @@ def _iterate_sources(
             if (child, row.parent, row.role) not in links:
                 links.add((child, row.parent, row.role))
                 waiting.append(row.parent)
-                yield {**_summarise_row(every[row.parent]), "role": row.role, "child": child}
+                yield {**_summarise_row(rows[row.parent]), "role": row.role, "child": child}
 
 
 def _make_record(db: Connection, row: Mapping[str, Any]) -> dict[str, Any]:
-    same = ENTRIES.c.id == row["id"]
-    software, content = db.execute(select(ENTRIES.c.software, ENTRIES.c.content).where(same)).one()
+    has_same_id = ENTRIES.c.id == row["id"]
+    software, content = db.execute(
+        select(ENTRIES.c.software, ENTRIES.c.content).where(has_same_id)
+    ).one()
     file = db.execute(select(FILES).where(FILES.c.id == row["id"])).mappings().first()
     if not KINDS[row["kind"]].columns:
         content = {} if file is None else file

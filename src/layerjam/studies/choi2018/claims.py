@@ -89,7 +89,7 @@ def load_paper() -> Mapping[str, Any]:
 
 def claim(
     key: str,
-    ours: float | str | None = None,
+    our_value: float | str | None = None,
     *,
     holds: bool | None = None,
     instead: Mapping[str, Any] | None = None,
@@ -100,12 +100,12 @@ def claim(
     `words` fill the placeholders in the claim's sentences; `instead` replaces entries of the file.
     """
     return judge_claim(
-        PrintedClaim(**(load_paper()["claim"][key] | (instead or {}))), ours, holds, **words
+        PrintedClaim(**(load_paper()["claim"][key] | (instead or {}))), our_value, holds, **words
     )
 
 
 def judge_claim(
-    row: PrintedClaim, ours: float | str | None = None, holds: bool | None = None, **words: Any
+    row: PrintedClaim, our_value: float | str | None = None, holds: bool | None = None, **words: Any
 ) -> Claim:
     """Return a claim with its verdict, based on a number, on a statement, or on neither.
 
@@ -120,12 +120,16 @@ def judge_claim(
     )
     basis, agrees = Basis(row.against), holds
     if holds is not None:
-        paper_value, ours = "as stated", row.ours.format(**words)
-    elif row.tolerance is not None and isinstance(ours, float) and isinstance(paper_value, float):
-        agrees = abs(ours - paper_value) <= row.tolerance
+        paper_value, our_value = "as stated", row.ours.format(**words)
+    elif (
+        row.tolerance is not None
+        and isinstance(our_value, float)
+        and isinstance(paper_value, float)
+    ):
+        agrees = abs(our_value - paper_value) <= row.tolerance
         if not agrees:
             difference = (
-                f"{(ours - paper_value) / paper_value:+.1%} relative to the paper"
+                f"{(our_value - paper_value) / paper_value:+.1%} relative to the paper"
                 if paper_value
                 else ""
             )
@@ -136,7 +140,7 @@ def judge_claim(
         claim=row.claim.format(**words),
         section=row.section,
         paper=paper_value,
-        ours=ours,
+        ours=our_value,
         unit=row.unit,
         verdict=VERDICTS[basis][0 if agrees else 1],
         because=row.because,

@@ -86,7 +86,7 @@ def draw_fig8(fits: Mapping[str, Calibration]) -> style.Figure:
     """Draw the calibration `fits` near their peaks, and lines with the paper's two stiffnesses."""
     figure, panels = style.make_axes(columns=2, width=8.6, height=3.9)
     for axes, name in zip(panels, CALIBRATED, strict=True):
-        brake, (text, caption), ours = (
+        brake, (text, caption), our_stiffness = (
             load(name).brake,
             STIFFNESSES[name],
             fits[name].stiffness_eq9 or 0.0,
@@ -98,7 +98,7 @@ def draw_fig8(fits: Mapping[str, Calibration]) -> style.Figure:
         for k, color, words in (
             (text, ORANGE, f"text: {text / 1e3:.0f} kN/m"),
             (caption, PURPLE, f"caption: {caption / 1e3:.0f} kN/m"),
-            (ours, GREEN, f"eq. 9 on our curve: {ours / 1e3:.0f} kN/m"),
+            (our_stiffness, GREEN, f"eq. 9 on our curve: {our_stiffness / 1e3:.0f} kN/m"),
         ):
             line = [0, high / k * MM], [0, high]
             axes.plot(*line, color=color, lw=1.5, ls=style.DASHED, zorder=3, label=words)
@@ -148,8 +148,8 @@ def draw_sheets_and_mass() -> style.Figure:
     place = int(np.flatnonzero(counts == 11)[0])
     paper = weight[place] + 0.4 * (counts - 11), force[place] + 17.5 * (counts - 11)
     figure, (axes,) = style.make_axes(width=6.4, height=3.8)
-    ours = "ours: the enclosure grows too"
-    axes.plot(weight, force, "o-", color=BLUE, ms=3.5, lw=1.2, label=ours)
+    our_label = "ours: the enclosure grows too"
+    axes.plot(weight, force, "o-", color=BLUE, ms=3.5, lw=1.2, label=our_label)
     label = "+17.5 N, +0.4 g per sheet (paper)"
     axes.plot(*paper, color=ORANGE, lw=1.2, ls=style.DASHED, label=label)
     axes.set(xlabel="mass of the brake [g]", ylabel="peak force at 94.5 kPa [N]")

@@ -63,17 +63,17 @@ def filtered_peak(signal: tuple[np.ndarray, np.ndarray], cutoff: float) -> float
     """Return the peak [g] after a filter of the SAE J211-1 type with -3 dB at `cutoff` [Hz]."""
     time, value = signal
     # the pulses last tens of milliseconds, and the rate must also suit cutoffs below 25 Hz
-    rate, room = max(400 * cutoff, 20e3), filter_memory(0.6 * cutoff)
-    count = int((time[-1] - time[0] + 2 * room) * rate) + 1
-    times = time[0] - room + np.arange(count) / rate
+    rate, margin = max(400 * cutoff, 20e3), filter_memory(0.6 * cutoff)
+    count = int((time[-1] - time[0] + 2 * margin) * rate) + 1
+    times = time[0] - margin + np.arange(count) / rate
     return float(cfc_filter(np.interp(times, time, value), rate, 0.6 * cutoff).max()) / G
 
 
 @cache_threadsafe
 def find_cutoffs() -> tuple[float, float]:
     """Return the cutoffs [Hz] at which the two stops peak at the paper's 10 g and 2 g."""
-    full, tuned_force = (specific_force_of(run) for run in simulate_stops())
-    return _find_cutoff(full, PAPER_FULL), _find_cutoff(tuned_force, PAPER_TUNED)
+    full_force, tuned_force = (specific_force_of(run) for run in simulate_stops())
+    return _find_cutoff(full_force, PAPER_FULL), _find_cutoff(tuned_force, PAPER_TUNED)
 
 
 def _find_cutoff(signal: tuple[np.ndarray, np.ndarray], peak: float) -> float:
@@ -119,13 +119,13 @@ def study_ropes(points: int = 400) -> RopeStudy:
     spring = 1 / (1 / brake_spring + 1 / rope)
     vacuum = np.asarray(tuned_vacuum(MASS, SPEED, SLIP, spring, G, brake))
     pressure = np.where(np.isfinite(vacuum), vacuum, 0.0)
-    soft = stop(MASS, SPEED, pressure, spring, G, brake)
-    slips = np.isfinite(vacuum) & (np.asarray(soft.outcome) == STOPPED)
+    stops = stop(MASS, SPEED, pressure, spring, G, brake)
+    slips = np.isfinite(vacuum) & (np.asarray(stops.outcome) == STOPPED)
     # an array, so that `stop` is compiled once for both
     hard = stop(MASS, SPEED, np.full_like(pressure, FULL), spring, G, brake)
     return RopeStudy(
         rope=rope,
-        tuned=np.where(slips, np.asarray(soft.peak_force), np.nan) / (MASS * G),
+        tuned=np.where(slips, np.asarray(stops.peak_force), np.nan) / (MASS * G),
         full=np.asarray(hard.peak_force) / (MASS * G),
         bare=bare_peak(rope, SPEED),
     )
@@ -135,26 +135,35 @@ def claims() -> list[Claim]:
     """Return the claims about the peaks in Fig. 11, and the filter or rope that they require."""
     from scipy.optimize import brentq
 
-    (full, tuned_stop), study = simulate_stops(), study_ropes()
-    peaks = [measure_acceleration(run, ADXL193).peak / G for run in (full, tuned_stop)]
-    signals = [specific_force_of(run) for run in (full, tuned_stop)]
+    (full_stop, tuned_stop), study = simulate_stops(), study_ropes()
+    peaks = [measure_acceleration(run, ADXL193).peak / G for run in (full_stop, tuned_stop)]
+    signals = [specific_force_of(run) for run in (full_stop, tuned_stop)]
     largest_loss = max(
-        measure_acceleration(run, ADXL193, c).loss for run in (full, tuned_stop) for c in CLASSES
+        measure_acceleration(run, ADXL193, c).loss
+        for run in (full_stop, tuned_stop)
+        for c in CLASSES
     )
     ten, two = find_cutoffs()
     # the rope for which `bare_peak` is 10 g at 2.5 m/s
     soft = ((PAPER_FULL - 1) ** 2 - 1) * MASS * G**2 / SPEED**2
-    bare = {"soft": show(soft, "N/m", 2), "bare": bare_peak(soft, FASTEST)}
+    bare_texts = {"soft": show(soft, "N/m", 2), "bare": bare_peak(soft, FASTEST)}
     best = int(np.nanargmin(study.tuned))
     rope = {"best": study.tuned[best], "rope": show(float(study.rope[best]), "N/m", 2)}
     stop_length = SPEED**2 / (2 * G * (PAPER_TUNED - 1)) * 1e3
     # test whether one filter could have shown all three peaks
-    reach = max_bare_reading(ten)
-    least = float(brentq(lambda x: max_bare_reading(x) - PAPER_BARE, 10, 60, rtol=1e-3))
-    left = [filtered_peak(signal, least) for signal in signals]
-    is_one_filter = reach >= PAPER_BARE and abs(ten / two - 1) < 0.1
+    max_reading = max_bare_reading(ten)
+    min_cutoff = float(brentq(lambda x: max_bare_reading(x) - PAPER_BARE, 10, 60, rtol=1e-3))
+    filtered_peaks = [filtered_peak(signal, min_cutoff) for signal in signals]
+    is_one_filter = max_reading >= PAPER_BARE and abs(ten / two - 1) < 0.1
     return [
-        claim("adxl-full", peaks[0], most=largest_loss, ten=ten, **bare),
+        claim("adxl-full", peaks[0], most=largest_loss, ten=ten, **bare_texts),
         claim("adxl-tuned", peaks[1], less=peaks[1] - 1, two=two, way=stop_length, **rope),
-        claim("one-chain", holds=is_one_filter, least=least, ten=ten, most=reach, left=left),
+        claim(
+            "one-chain",
+            holds=is_one_filter,
+            least=min_cutoff,
+            ten=ten,
+            most=max_reading,
+            left=filtered_peaks,
+        ),
     ]

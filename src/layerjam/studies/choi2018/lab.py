@@ -138,8 +138,10 @@ def friction_claims() -> list[Claim]:
         for kind, sd in zip(("static", "kinetic"), TABLE_SD[name], strict=True):
             paper = getattr(run.file.brake.film, kind)
             table_value = {"paper": paper, "tolerance": sd * paper}
-            ours = getattr(run.friction, kind)
-            out.append(claim("table-1", ours, instead=table_value, kind=kind, film=NAMES[name]))
+            our_friction = getattr(run.friction, kind)
+            out.append(
+                claim("table-1", our_friction, instead=table_value, kind=kind, film=NAMES[name])
+            )
     return out
 
 
@@ -152,8 +154,12 @@ def _apply_eq8_and_eq9(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
     loss = 1 - float(peak(FULL, TESTED, read).force / peak(FULL, TESTED, brake).force)
     words = {"printed": printed_pair[0], "read": float(factor), "less": loss, "other": variant_name}
     sheets = float(stiffness_before_slip(brake)) / 1e3
-    rises = {"printed": printed_pair[1] / 1e3, "read": float(slope) / 1e3, "sheets": sheets}
-    return words, rises | {"other": variant_name}
+    stiffness_values = {
+        "printed": printed_pair[1] / 1e3,
+        "read": float(slope) / 1e3,
+        "sheets": sheets,
+    }
+    return words, stiffness_values | {"other": variant_name}
 
 
 def calibration_claims() -> list[Claim]:
@@ -177,19 +183,29 @@ def calibration_claims() -> list[Claim]:
 
 def validation_claims() -> list[Claim]:
     """Return the claims in sections III-C and III-D: MAPE before and after calibration."""
-    before = [c.mape for run in run_studies().values() for c in run.uncalibrated.curves]
-    after = [c.mape for run in run_studies().values() for c in run.calibrated.curves]
+    uncalibrated_errors = [
+        c.mape for run in run_studies().values() for c in run.uncalibrated.curves
+    ]
+    calibrated_errors = [c.mape for run in run_studies().values() for c in run.calibrated.curves]
     factor_errors = [abs(1 / run.file.brake.scale_factor - 1) for run in run_studies().values()]
     explained_error = float(np.mean(factor_errors))
     unexplained_share = 1 - explained_error / PRINTED
     return [
-        claim("mape-before", 100 * float(np.mean(before)), pulls=len(before)),
+        claim(
+            "mape-before", 100 * float(np.mean(uncalibrated_errors)), pulls=len(uncalibrated_errors)
+        ),
         claim(
             "explains",
             holds=explained_error > PRINTED - SPREAD,
             alone=factor_errors,
             rest=unexplained_share,
         ),
-        claim("mape-after", 100 * float(np.mean(after)), pulls=len(before)),
-        claim("mape-spread", 100 * float(np.std(after, ddof=1)), pulls=len(before)),
+        claim(
+            "mape-after", 100 * float(np.mean(calibrated_errors)), pulls=len(uncalibrated_errors)
+        ),
+        claim(
+            "mape-spread",
+            100 * float(np.std(calibrated_errors, ddof=1)),
+            pulls=len(uncalibrated_errors),
+        ),
     ]

@@ -51,10 +51,10 @@ def claim_structure() -> list[Claim]:
     top = float(peak(FULL, sheets.usable_travel, kapton).force)
     parts = sheets.count * sheet_mass(kapton), enclosure_mass(kapton)
     masses = (*parts, mass(kapton) - sum(parts))
-    sheets_mass, enclosure, left = (show(m, "kg") for m in masses)
+    sheets_mass, enclosure, other_mass = (show(m, "kg") for m in masses)
     return [
         claim("stretches", (sheets.overlap - sheets.usable_travel) * 1e3),
-        claim("weight", sum(parts) * 1e3, sheets=sheets_mass, enclosure=enclosure, left=left),
+        claim("weight", sum(parts) * 1e3, sheets=sheets_mass, enclosure=enclosure, left=other_mass),
         claim("buckles", holds=buckling < top / 100, one=buckling, top=top),
     ]
 
@@ -74,14 +74,16 @@ def claim_equations() -> list[Claim]:
     stretch = float(enclosure_stretch(TESTED, FULL, kapton))
     force = float(brake_force(0.02, FULL, kapton))
     parts = float(sheet_friction(0.02, FULL, kapton)) + right
-    late = [float(law(TESTED, FULL, kapton)) for law in (enclosure_force, brake_force)]
-    same = abs(series - stuck[0]) < 1e-9 * stuck[0]
+    forces = [float(law(TESTED, FULL, kapton)) for law in (enclosure_force, brake_force)]
+    is_equal = abs(series - stuck[0]) < 1e-9 * stuck[0]
     wrong: dict[str, Any] = {"right": right, "printed": printed_force, "in_mm": in_mm}
     return [
-        claim("springs", holds=same, kapton=stuck[0] / 1e3, ptfe=stuck[1] / 1e3),
+        claim("springs", holds=is_equal, kapton=stuck[0] / 1e3, ptfe=stuck[1] / 1e3),
         claim("sum", holds=abs(force - parts) < 1e-9 * parts, force=force),
         claim("enclosure", holds=abs(in_mm - printed_force) < 1e-6, **wrong),
-        claim("stretch", holds=stretch < 1.5, stretch=stretch, enclosure=late[0], force=late[1]),
+        claim(
+            "stretch", holds=stretch < 1.5, stretch=stretch, enclosure=forces[0], force=forces[1]
+        ),
         claim("eq6-kapton", sliding[0]),
         claim("eq6-ptfe", sliding[1]),
     ]
@@ -136,8 +138,8 @@ def claim_stiffnesses() -> list[Claim]:
         out.append(claim("caption", caption, instead={"paper": text}, **words))
     out.append(_claim_enclosure_share())
     mounts = [float(mount_stiffness(b)) / 1e3 for b in (kapton, ptfe)]
-    alike = abs(mounts[0] / mounts[1] - 1) < 0.1
-    out.append(claim("mounts", holds=alike, kapton=mounts[0], ptfe=mounts[1]))
+    is_equal = abs(mounts[0] / mounts[1] - 1) < 0.1
+    out.append(claim("mounts", holds=is_equal, kapton=mounts[0], ptfe=mounts[1]))
     static, greatest_force = float(holding_force(FULL, kapton)), _compute_peak(kapton)
     return [
         *out,
@@ -165,21 +167,21 @@ def claim_damping() -> list[Claim]:
     spring = series_spring(kapton, rope)
     work = float(slip_work(TESTED, FULL, kapton))
     numeric = quad(lambda x: float(brake_force(x, FULL, kapton)), 0, TESTED)[0]
-    bare = simulate_damped_rope(1.0, 3.7, rope, 0.0, G)[0] / G
-    full = float(stop(1.0, 2.5, FULL, spring, G, kapton).peak_force)
-    fast = stop(1.0, 3.7, FULL, spring, G, kapton)
+    bare_peak_g = simulate_damped_rope(1.0, 3.7, rope, 0.0, G)[0] / G
+    full_peak = float(stop(1.0, 2.5, FULL, spring, G, kapton).peak_force)
+    fast_stop = stop(1.0, 3.7, FULL, spring, G, kapton)
     tuned_vacuum_ = float(tuned_vacuum(1.0, 2.5, TESTED, spring, G, kapton))
-    soft = float(stop(1.0, 2.5, tuned_vacuum_, spring, G, kapton).peak_force)
-    floor = 1 + 2.5**2 / (2 * G * (TESTED + soft / spring))
+    tuned_peak = float(stop(1.0, 2.5, tuned_vacuum_, spring, G, kapton).peak_force)
+    floor = 1 + 2.5**2 / (2 * G * (TESTED + tuned_peak / spring))
     eq10 = float(vacuum_eq10(1.0, 2.5, TESTED, kapton))
     runs = float(stop(1.0, 2.5, eq10, spring, G, kapton).slip)
-    stopped = int(fast.outcome) == STOPPED
+    stopped = int(fast_stop.outcome) == STOPPED
     return [
         claim("energy", holds=abs(work - numeric) < 1e-6 * numeric, work=work),
-        claim("bare", float(bare), rope=show(rope, "N/m")),
-        claim("full", full / G, peak=full),
-        claim("stopped", holds=stopped, speed=float(fast.end_speed)),
-        claim("tuned", soft / G, tuned=tuned_vacuum_ / 1e3, floor=floor),
+        claim("bare", float(bare_peak_g), rope=show(rope, "N/m")),
+        claim("full", full_peak / G, peak=full_peak),
+        claim("stopped", holds=stopped, speed=float(fast_stop.end_speed)),
+        claim("tuned", tuned_peak / G, tuned=tuned_vacuum_ / 1e3, floor=floor),
         claim("eq10", runs * 1e3, vacuum=eq10 / 1e3),
         claim("unstated"),
     ]

@@ -63,9 +63,9 @@ def _draw_lines(
     time, value = specific_force(record)
     axes.plot(time * MS, value / G, color=INK, lw=3.5, alpha=0.35)
     for chain, reading in by_chain.items():
-        inside = (reading.time * MS > first) & (reading.time * MS < last)
-        height = reading.acceleration[inside] / G
-        axes.plot(reading.time[inside] * MS, height, color=COLORS[chain], lw=1.3)
+        is_inside = (reading.time * MS > first) & (reading.time * MS < last)
+        height = reading.acceleration[is_inside] / G
+        axes.plot(reading.time[is_inside] * MS, height, color=COLORS[chain], lw=1.3)
     axes.set(xlim=(first, last), xlabel="time since the rope became taut [ms]")
     axes.set_ylabel("specific force shown [g]")
 
@@ -85,13 +85,13 @@ def draw_requirements() -> style.Figure:
 
 
 def _draw_peak_versus_cutoff(axes: style.Axes) -> None:
-    full, tuned_force = (specific_force(run) for run in impact.simulate_stops())
+    full_force, tuned_force = (specific_force(run) for run in impact.simulate_stops())
     _, rope = impact.load_brake_and_rope()
     cutoff, (ten, two) = np.geomspace(1, 2000, 90), impact.find_cutoffs()
     axes.set(xscale="log", xlim=(1, 2000), yscale="log", ylim=(1, 300))
     for signal, color, name, shown_at in (
         (impact.simulate_rope(rope), INK, "no brake, 3.7 m/s", None),
-        (full, BLUE, "full vacuum, 2.5 m/s", (ten, PAPER_FULL)),
+        (full_force, BLUE, "full vacuum, 2.5 m/s", (ten, PAPER_FULL)),
         (tuned_force, GREEN, "tuned, 2.5 m/s", (two, PAPER_TUNED)),
     ):
         peaks = [impact.filtered_peak(signal, float(f)) for f in cutoff]
@@ -125,5 +125,5 @@ def _draw_peak_versus_rope(axes: style.Axes) -> None:
     style.mark_x(axes, rope / 1e3, "rope of the paper, inferred", share=0.03)
     softest = float(study.rope[np.isfinite(study.tuned)][0])
     detail = f"1 kg at 2.5 m/s, ideal; below {show(softest, 'N/m', 2)} the rope alone stops it"
-    below = "stiffness of the rope [kN/m]"
-    style.label_axes(axes, "Required rope", detail, xlabel=below)
+    x_label = "stiffness of the rope [kN/m]"
+    style.label_axes(axes, "Required rope", detail, xlabel=x_label)

@@ -70,7 +70,7 @@ def _find_damping_limit(static: float, kinetic: float, stiffness: float, mass: f
     return float(limit * brentq(excess_share, 1e-4, 0.999))
 
 
-def _study_film(name: str) -> FilmJudder:
+def _compute_film_judder(name: str) -> FilmJudder:
     file = load(name)
     brake: Brake = file.brake
     static = float(holding_force(FULL, brake))
@@ -102,7 +102,7 @@ def _study_film(name: str) -> FilmJudder:
 @cache_threadsafe
 def study_fig4() -> dict[str, FilmJudder]:
     """Return both films of Table I at 94.5 kPa and 1 mm/s; cached because it takes seconds."""
-    return {film: _study_film(name) for film, name in FILMS.items()}
+    return {film: _compute_film_judder(name) for film, name in FILMS.items()}
 
 
 def judder_claims() -> list[Claim]:
@@ -110,12 +110,12 @@ def judder_claims() -> list[Claim]:
     study = study_fig4()
     kapton, ptfe = study["Kapton"], study["PTFE"]
     kapton_only = kapton.judders & ~ptfe.judders
-    slow = STRIBECK[kapton_only.any(axis=0)]
+    speeds = STRIBECK[kapton_only.any(axis=0)]
     finding = "in no sample of a wide prior does only Kapton stick and slip"
     range_note = ""
     if kapton_only.any():
         finding = f"in {kapton_only.mean():.0%} of a wide prior, only Kapton sticks and slips"
-        edges = (show(float(v), "m/s", 2) for v in (slow.min(), slow.max()))
+        edges = (show(float(v), "m/s", 2) for v in (speeds.min(), speeds.max()))
         range_note = f"; v_s between {' and '.join(edges)}"
     together: dict[str, Any] = {"kapton": kapton.together, "ptfe": ptfe.together}
     staggered_bounds: dict[str, Any] = {"kapton_apart": kapton.apart, "ptfe_apart": ptfe.apart}
@@ -126,9 +126,9 @@ def judder_claims() -> list[Claim]:
         "window": sorted((ptfe.settles, kapton.settles)),
         "ratios": [f.settles / (2 * (f.stiffness * f.mass) ** 0.5) for f in (ptfe, kapton)],
     }
-    holds = kapton.apart > ptfe.apart
+    is_true = kapton.apart > ptfe.apart
     return [
-        claim("fig4-judder", holds=holds, slack=slack, **together, **staggered_bounds),
+        claim("fig4-judder", holds=is_true, slack=slack, **together, **staggered_bounds),
         claim("why-judder", finding, between=range_note, **ranges),
     ]
 
@@ -141,5 +141,5 @@ def wet_claims() -> list[Claim]:
     sets = ILLUSTRATIVE, ILLUSTRATIVE_VISCOUS
     fast, other_fast = (float(wet_force(0.0, FAST, FULL, brake, film)) for film in sets)
     steeper = (slow - slow_end) / (dry - dry_end)
-    ours = f"illustrative: {slow:.0f} N wet, {dry:.0f} N dry at 1 mm/s"
-    return [claim("wet", ours, steeper=steeper, fast=fast, other=other_fast)]
+    our_forces = f"illustrative: {slow:.0f} N wet, {dry:.0f} N dry at 1 mm/s"
+    return [claim("wet", our_forces, steeper=steeper, fast=fast, other=other_fast)]

@@ -99,7 +99,7 @@ def draw_fig4_stick_slip() -> style.Figure:
     bars.tick_params(axis="x", length=0)
     bars.set(ylabel="half peak-to-peak / kinetic force [%]", ylim=(0, 150))
     bars.grid(axis="x", visible=False)
-    words = "left: table I, all sheets at once", "right: sheets start to slip one by one"
+    words = "left: table I, all sheets slip together", "right: sheets start to slip one by one"
     style.add_key(bars, *((text, INK) for text in words), loc="upper left", handlelength=0)
     style.add_title(bars, "Slow pull, 94.5 kPa", "model; Fig. 4 shows the opposite order")
     code = kapton.judders.astype(int) + 2 * ptfe.judders.astype(int)

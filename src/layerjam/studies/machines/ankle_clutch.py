@@ -22,10 +22,10 @@ from layerjam.brake.fluid.line import Line
 from layerjam.brake.fluid.vacuum_energy import jam_work
 from layerjam.brake.mechanics.ageing import aged_holding_force
 from layerjam.brake.mechanics.arrays import scan, xp
-from layerjam.brake.mechanics.effects import remove_idle_speed_law
-from layerjam.brake.mechanics.fan import require_flat
+from layerjam.brake.mechanics.effects import require_linear
 from layerjam.brake.mechanics.friction import holding_force
 from layerjam.brake.mechanics.law import compiled
+from layerjam.brake.mechanics.speed_effects import remove_idle_speed_law
 from layerjam.brake.mechanics.stiffness import working_stiffness
 from layerjam.core.errors import QuantityError
 from layerjam.core.units import show
@@ -104,13 +104,13 @@ class AnkleClutch(Machine):
         vacuum = np.full_like(time, brakes.vacuum)
         if line is not None:
             vacuum = pumped_vacuum(time, brakes.vacuum, line)
-        brake = require_flat(remove_idle_speed_law(self.brake.brake), "the ankle clutch")
+        brake = require_linear(remove_idle_speed_law(self.brake.brake), "the ankle clutch")
         straps: Strap = restraint.make_strap(
             brakes.parallel, brakes.series, vacuum, self.spring.stiffness, brake
         )
-        wide = np.broadcast_to(payout, vacuum.T.shape).T
+        payouts = np.broadcast_to(payout, vacuum.T.shape).T
         step = 1 / (SAMPLES * xp.asarray(rate))
-        slip, force = (np.asarray(a) for a in _slip_and_force(xp.asarray(wide), step, straps))
+        slip, force = (np.asarray(a) for a in _slip_and_force(xp.asarray(payouts), step, straps))
         return Stride(force, slip, np.asarray(straps.onset), vacuum)
 
     def analyse(self) -> Result:
@@ -193,19 +193,19 @@ def _slip_and_force(payout: Any, step: Any, straps: Strap) -> tuple[Any, Any]:
 
     `step` [s] is the time between two samples; it is unused without a speed law.
     """
-    law = straps.law
+    brake = straps.paced_brake
 
     def advance(before: tuple[Any, Any], inputs: tuple[Any, Strap]) -> tuple[Any, tuple[Any, Any]]:
         (slip_before, pace), (reach, strap) = before, inputs
-        if law is None:
+        if brake is None:
             slip = restraint.chain_slip(reach, slip_before, strap)
         else:
-            slip = restraint.paced_slip(law, reach, slip_before, pace, step, strap)
+            slip = restraint.paced_slip(brake, reach, slip_before, pace, step, strap)
             pace = (slip - slip_before) / step
         return (slip, pace), (slip, restraint.tension(reach, slip, strap))
 
-    zero, rows = xp.zeros_like(payout[0]), (payout, straps._replace(law=None))
-    rows_out: tuple[Any, Any] = scan(advance, (zero, None if law is None else zero), rows)[1]
+    zero, rows = xp.zeros_like(payout[0]), (payout, straps._replace(paced_brake=None))
+    rows_out: tuple[Any, Any] = scan(advance, (zero, None if brake is None else zero), rows)[1]
     return rows_out
 
 
@@ -240,8 +240,8 @@ def fall_time(vacuum: float, line: Line) -> float:
     return math.inf if time is None else time
 
 
-def last_acceptable(values: Array, fine: Any) -> float:
+def last_acceptable(values: Array, is_acceptable: Any) -> float:
     """Return the largest of ascending values before the first unacceptable one, or 0."""
-    if not fine[0]:
+    if not is_acceptable[0]:
         return 0.0
-    return float(values[-1] if fine.all() else values[int(np.argmin(fine)) - 1])
+    return float(values[-1] if is_acceptable.all() else values[int(np.argmin(is_acceptable)) - 1])

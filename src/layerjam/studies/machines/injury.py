@@ -43,6 +43,6 @@ def filter_signal(signal: Array, dt: float, cfc: float) -> Array:
     Raises QuantityError if the sampling rate is below ten times the class.
     """
     stride = max(1, int(1 / (dt * LEAST_RATE * cfc * 10)))
-    small = cfc_filter(signal[::stride], 1 / (dt * stride), cfc)
+    slow_signal = cfc_filter(signal[::stride], 1 / (dt * stride), cfc)
     times = np.arange(len(signal)) * dt
-    return np.interp(times, times[::stride], small)
+    return np.interp(times, times[::stride], slow_signal)

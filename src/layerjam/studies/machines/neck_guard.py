@@ -82,8 +82,8 @@ class NeckGuard(Machine):
         blow, r = self.blow, self.guard.lever
         # peak of a pulse with unit velocity change in unit time
         unit = {"half-sine": math.pi / 2, "haversine": 2.0, "trapezoid": 1.25}[blow.pulse]
-        change, after = blow.peak * blow.duration / unit, 4 * blow.duration
-        free, dt, change = make_drive(blow.pulse, change, blow.duration, after, STEPS, Path())
+        change, time_after = blow.peak * blow.duration / unit, 4 * blow.duration
+        free, dt, change = make_drive(blow.pulse, change, blow.duration, time_after, STEPS, Path())
         body = Body(self.inertia / r**2, 1.0, self.guard.slack)
         return Trial(self, body, self.guard.stiffness, free * r, dt), change
 
@@ -109,7 +109,7 @@ class NeckGuard(Machine):
         brakes, lever = self.brakes, self.guard.lever
         trial, change = self.make_trial()
         strap = trial.strap()
-        bare = self.simulate_turn("without brakes", trial, make_limiter(0.0, 1.0))
+        bare_turn = self.simulate_turn("without brakes", trial, make_limiter(0.0, 1.0))
         with_brakes = self.simulate_turn("with brakes", trial, strap)
         table, best = self.find_chains(trial)
         ready = check_readiness(self, self.supply, brakes.vacuum)
@@ -117,13 +117,13 @@ class NeckGuard(Machine):
         force, end = float(with_brakes.ride.force.max()), float(strap.travel) * brakes.series
         slip = float(with_brakes.ride.slip[-1])
         result = Result(
-            scenario=self, record=Record((bare, with_brakes), table), warnings=ready.notices
+            scenario=self, record=Record((bare_turn, with_brakes), table), warnings=ready.notices
         )
         result.add("kg m^2", inertia=self.inertia)
         result.add("rad/s", change=change)
-        result.add_group("turn", bare._asdict(), "bare_")
+        result.add_group("turn", bare_turn._asdict(), "bare_")
         result.add_group("turn", with_brakes._asdict(), "")
-        result.add("1", reduction=1 - with_brakes.acceleration / bare.acceleration)
+        result.add("1", reduction=1 - with_brakes.acceleration / bare_turn.acceleration)
         result.add("N", brake_force=force, neck_compression=force)
         result.add("N m", brake_torque=force * lever, locked_torque=locked_torque)
         result.add("m", slip=slip, travel=end)
@@ -153,11 +153,11 @@ class NeckGuard(Machine):
         counts, webbing = np.arange(1, CHAIN_LIMIT + 1), self.guard.stiffness * STIFFER
         rows = trial.run_grid(webbing=webbing, parallel=counts)
         rows["turns"] = rows.acceleration / self.guard.lever
-        fine = rows[rows.sound & (rows.turns <= self.limits.acceleration)]
+        sound_rows = rows[rows.sound & (rows.turns <= self.limits.acceleration)]
         table = rows[rows.as_built]
-        if fine.empty:
+        if sound_rows.empty:
             return table, {}
-        best = best_row(fine, "webbing", "count")
+        best = best_row(sound_rows, "webbing", "count")
         return table, best | {
             "stiffness": best["webbing"],
             "torque": self.torque(best["parallel"]),

@@ -96,26 +96,26 @@ def draw_belt_versus_displacement(result: Result) -> style.Figure:
 def draw_neck_versus_time(result: Result) -> style.Figure:
     """Draw angular acceleration and velocity versus time."""
     record: neck_guard.Record = result.record
-    bare, guard = record.turned
-    time, case = bare.ride.time * MS, result.scenario
+    free, guard = record.turned
+    time, case = free.ride.time * MS, result.scenario
     limit = get(case, "limits.acceleration") / 1e3
     figure, (left, right) = style.make_axes(columns=2, width=10.6, height=4.1)
-    for turn, color, width in ((bare, GREY, 1.6), (guard, BLUE, 2.0)):
+    for turn, color, width in ((free, GREY, 1.6), (guard, BLUE, 2.0)):
         left.plot(time, turn.angular / 1e3, color=color, lw=width, label=turn.name)
         right.plot(time, turn.ride.speed / get(case, "guard.lever"), color=color, lw=width)
     for axes in (left, right):
         axes.set(xlim=(0, float(time[-1])), xlabel="time [ms]")
-    high = 1.35 * max(bare.acceleration / 1e3, limit)
+    high = 1.35 * max(free.acceleration / 1e3, limit)
     left.set_ylim(min(-0.4, float(guard.angular.min()) / 1e3 * 1.2), high)
     left.set_ylabel(f"angular acceleration {RADIANS}")
     right.set_ylabel("angular velocity [rad/s]")
     style.mark_y(left, limit, "allowed", share=0.99)
     style.add_key(left, loc="upper right")
     detail = (
-        f"peak {bare.acceleration:.0f} rad/s² free, {guard.acceleration:.0f} rad/s² with brakes"
+        f"peak {free.acceleration:.0f} rad/s² free, {guard.acceleration:.0f} rad/s² with brakes"
     )
     style.add_title(left, "Acceleration of the head", detail)
-    detail = f"BrIC {bare.bric:.2f} free, {guard.bric:.2f} with brakes"
+    detail = f"BrIC {free.bric:.2f} free, {guard.bric:.2f} with brakes"
     style.add_title(right, "Velocity of the head", detail)
     return figure
 

@@ -17,7 +17,7 @@ RAMP = 0.2
 def compute_pulse(shape: str, change: float, duration: float, time: Array) -> Array:
     """Return the acceleration [m/s^2] at times [s], (N,), with the integral `change` [m/s]."""
     part = time / duration
-    inside = (part >= 0) & (part <= 1)
+    is_inside = (part >= 0) & (part <= 1)
     if shape == "half-sine":
         value = np.pi / 2 * np.sin(np.pi * part)
     elif shape == "haversine":
@@ -26,7 +26,7 @@ def compute_pulse(shape: str, change: float, duration: float, time: Array) -> Ar
         value = np.minimum(1.0, np.minimum(part, 1 - part) / RAMP) / (1 - RAMP)
     else:
         raise UnknownNameError("pulse", shape, SHAPES)
-    return np.where(inside, value * change / duration, 0.0)
+    return np.where(is_inside, value * change / duration, 0.0)
 
 
 def read_record(path: Path) -> tuple[Array, Array]:

@@ -17,9 +17,9 @@ from layerjam.bench.control.follow import MARGIN, Following, check_slew, follow,
 from layerjam.bench.control.plant import linearise_line
 from layerjam.bench.control.settings import Regulator
 from layerjam.brake.fluid.line import Sensor
-from layerjam.brake.mechanics.effects import fix_speed
 from layerjam.brake.mechanics.limits import self_closing_vacuum
 from layerjam.brake.mechanics.pull import force_limits
+from layerjam.brake.mechanics.speed_effects import fix_speed
 from layerjam.core.errors import QuantityError, count_text
 from layerjam.core.units import show
 from layerjam.studies.machines.ankle_clutch import fall_time, last_acceptable
@@ -102,12 +102,22 @@ class Rehabilitation(Machine):
     def make_session(self, speed: float, repetitions: int, dt: float) -> Session:
         """Return repetitions of rest, flexion, hold and extension; each move is half a cosine."""
         exercise = self.exercise
-        turn = max(round((exercise.end - exercise.start) / speed / dt), 2)
+        turn_samples = max(round((exercise.end - exercise.start) / speed / dt), 2)
         hold, rest_samples = round(exercise.hold / dt), round(exercise.rest / dt)
-        ease = (1 - np.cos(np.pi * np.arange(turn) / turn)) / 2
+        ease = (1 - np.cos(np.pi * np.arange(turn_samples) / turn_samples)) / 2
         repetition = np.concatenate([np.zeros(rest_samples), ease, np.ones(hold), 1 - ease])
-        flexes = np.concatenate([np.zeros(rest_samples), np.ones(turn), np.zeros(hold + turn)]) > 0
-        ready = np.concatenate([np.ones(rest_samples), np.ones(turn), np.zeros(hold + turn)]) > 0
+        flexes = (
+            np.concatenate(
+                [np.zeros(rest_samples), np.ones(turn_samples), np.zeros(hold + turn_samples)]
+            )
+            > 0
+        )
+        ready = (
+            np.concatenate(
+                [np.ones(rest_samples), np.ones(turn_samples), np.zeros(hold + turn_samples)]
+            )
+            > 0
+        )
         part, flexing = np.tile(repetition, repetitions), np.tile(flexes, repetitions)
         angle = exercise.start + (exercise.end - exercise.start) * part
         pace = np.gradient(angle, dt)
@@ -146,11 +156,11 @@ class Rehabilitation(Machine):
         pace = span * np.pi / 2 / length * np.sin(np.pi * part)
         force = self.target_torque(angle, pace) / (r * self.brakes.parallel)
         limit = MARGIN * regulator.plant.reach
-        targets, reachable_, few = target_vacuums(
+        targets, reachable_, reasons = target_vacuums(
             force, r * (angle - exercise.start), self.brake.brake, limit, r * pace
         )
-        fine, slow = check_slew(targets, length / (FINE - 1), regulator.plant)
-        return float((reachable_ & fine).mean()), [*few, *slow]
+        can_follow, slew_reasons = check_slew(targets, length / (FINE - 1), regulator.plant)
+        return float((reachable_ & can_follow).mean()), [*reasons, *slew_reasons]
 
     def target_torque(self, angle: Array, pace: Array) -> Array:
         """Return the target torque [N m] at angles [rad] and speeds [rad/s], shape (N,)."""
@@ -169,36 +179,36 @@ class Rehabilitation(Machine):
         error = (torque - session.torque)[session.flexing]
         share, reasons = self.followed_fraction(controller, exercise.speed)
         shares = np.array([self.followed_fraction(controller, float(s))[0] for s in SPEEDS])
-        left = _find_lowest_vacuum(session, run)
+        lowest_vacuum = _find_lowest_vacuum(session, run)
         grid = np.linspace(exercise.start, exercise.end, 101)
         turning = fix_speed(r * exercise.speed, brake)
         high = np.asarray(force_limits(r * (grid - exercise.start), turning)[1]) * r
         target = self.target_torque(grid, np.full_like(grid, exercise.speed))
         count = math.ceil(float(np.max(target / high)) - 1e-9)
         line = scale_line(self.line.line, brakes.parallel)
-        loop, greatest = run.loop, float(session.torque.max())
+        loop, peak_torque = run.loop, float(session.torque.max())
         rms, release = float(np.sqrt(np.mean(error**2))), self.safe_state == "release"
         reach = np.stack([grid, high * brakes.parallel])
         result = Result(scenario=self, record=Record(session, run, torque, shares, reach))
-        result.add("N m", greatest_torque=greatest, rms_error=rms)
+        result.add("N m", greatest_torque=peak_torque, rms_error=rms)
         result.add("N m", greatest_error=float(np.abs(error).max()))
         result.add("N m", reachable_torque=float(high.min()) * brakes.parallel)
         result.add("1", possible=share, reasons=reasons)
         result.add("rad/s", fastest_speed=last_acceptable(SPEEDS, shares >= self.limits.followed))
         result.add("m", slip=float(slip.max()))
-        result.add("Pa", vacuum_left=left, greatest_vacuum=float(loop.vacuum.max()))
-        result.add("rad", lost_angle=self.lost_angle(left, float(slip.max())))
+        result.add("Pa", vacuum_left=lowest_vacuum, greatest_vacuum=float(loop.vacuum.max()))
+        result.add("rad", lost_angle=self.lost_angle(lowest_vacuum, float(slip.max())))
         result.add("s", release_time=fall_time(controller.plant.reach * MARGIN, line))
         result.add("1", outcome=loop.outcome, safe_state=self.safe_state)
         result.add("1", pump_switches=loop.pump_switches, vent_switches=loop.vent_switches)
-        result.add_bounds("1", share_of_error=rms / greatest, yes=1.0, lets_go=float(release))
+        result.add_bounds("1", share_of_error=rms / peak_torque, yes=1.0, lets_go=float(release))
         result.add_bounds("m", usable_travel=brake.sheets.usable_travel)
         if not release:
             result.warnings.append(
                 "safe_state hold: a fault of the sensor or the pump locks the arm where it is"
             )
         if line.valve is None:
-            result.warnings.append("the line has no valve: a fault of the pump leaves the arm held")
+            result.warnings.append("the line has no valve: if the pump fails, the arm stays held")
         result.add_limits()
         result.brakes_needed = count
         result.needed = self.describe_need(count, result.own)
@@ -207,8 +217,12 @@ class Rehabilitation(Machine):
     def lost_angle(self, vacuum: float, slip: float) -> float:
         """Return the angle [rad] by which friction prevents the enclosure from retracting fully."""
         slips = np.linspace(0.0, slip, 400)[1:]
-        closes = np.asarray(self_closing_vacuum(slips, fix_speed(0.0, self.brake.brake))) > vacuum
-        held_slip = 0.0 if closes.all() else float(slips[np.flatnonzero(~closes)[-1]])
+        is_self_closing = (
+            np.asarray(self_closing_vacuum(slips, fix_speed(0.0, self.brake.brake))) > vacuum
+        )
+        held_slip = (
+            0.0 if is_self_closing.all() else float(slips[np.flatnonzero(~is_self_closing)[-1]])
+        )
         return held_slip / float(self.orthosis.pulley)
 
     def describe_need(self, brakes: int, numbers: dict[str, Any]) -> str:
@@ -232,6 +246,6 @@ class Rehabilitation(Machine):
 def _find_lowest_vacuum(session: Session, run: Following) -> float:
     """Return the lowest vacuum during the last extension [Pa]."""
     starts = np.flatnonzero(session.flexing)
-    after = run.loop.vacuum[int(starts[-1]) + 1 :]
+    last_vacuums = run.loop.vacuum[int(starts[-1]) + 1 :]
     # a pump that runs backwards may raise the pressure slightly above atmospheric
-    return max(float(after.min()), 0.0)
+    return max(float(last_vacuums.min()), 0.0)

@@ -23,18 +23,18 @@ import numpy as np
 import pandas
 
 from layerjam.brake.device.brake import Brake
-from layerjam.brake.device.speed_law import SpeedLaw
 from layerjam.brake.mechanics.arrays import derivative, leaves, map_leaves, repeat_while, scan, xp
-from layerjam.brake.mechanics.effects import (
-    brake_growth,
-    growth,
-    has_speed_effects,
-    remove_idle_speed_law,
-)
+from layerjam.brake.mechanics.effects import require_linear
 from layerjam.brake.mechanics.enclosure import EnclosureLaw, check_modulus, make_enclosure
-from layerjam.brake.mechanics.fan import require_flat
 from layerjam.brake.mechanics.friction import friction_per_contact
 from layerjam.brake.mechanics.law import compiled, law
+from layerjam.brake.mechanics.speed_effects import (
+    brake_growth,
+    growth_slope,
+    has_speed_effects,
+    remove_idle_speed_law,
+    rest_speed,
+)
 from layerjam.brake.mechanics.stiffness import working_stiffness
 from layerjam.studies.machines.scenario import Array, Scenario
 
@@ -60,9 +60,8 @@ class Strap(NamedTuple):
     travel: Any
     """Usable travel of one brake [m]."""
     series: Any
-    law: SpeedLaw | None = None
-    overlap: Any = None
-    """Overlap of one brake [m]; None if there is no speed law."""
+    paced_brake: Brake | None = None
+    """One brake if its friction depends on the speed, else None."""
 
 
 @law
@@ -85,9 +84,8 @@ def make_strap(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Bra
     compliance = series / (parallel * working_stiffness(brake))
     travel = sheets.usable_travel + 0 * parallel
     onset = fall * sheets.overlap * brake_growth(0.0, brake)
-    overlap = sheets.overlap + 0 * parallel if has_speed_effects(brake) else None
-    stiffness, law = 1 / (compliance + 1 / webbing), brake.speed_law
-    return Strap(stiffness, onset, fall, sleeve, travel, series, law, overlap)
+    paced_brake = brake if has_speed_effects(brake) else None
+    return Strap(1 / (compliance + 1 / webbing), onset, fall, sleeve, travel, series, paced_brake)
 
 
 def make_limiter(force: Any, stiffness: Any, travel: Any = xp.inf) -> Strap:
@@ -110,7 +108,7 @@ def least_stiffness(strap: Strap) -> Any:
     onset is at most k L2. It is zero if friction grows with speed, which keeps slip steady on any
     spring.
     """
-    return strap.fall if strap.law is None else 0.0 * strap.fall
+    return strap.fall if strap.paced_brake is None else 0.0 * strap.fall
 
 
 def can_snap(strap: Strap) -> Any:
@@ -135,7 +133,7 @@ def chain_slip(payout: Any, before: Any, strap: Strap) -> Any:
     return xp.where(used >= strap.series, before, xp.maximum(before, base + slip))
 
 
-def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, strap: Strap) -> Any:
+def paced_slip(brake: Brake, payout: Any, before: Any, pace: Any, dt: Any, strap: Strap) -> Any:
     """Return `chain_slip` if friction grows with speed: the slip [m] after a step of `dt` [s].
 
     `pace` [m/s] is the chain's mean slip speed in the previous step, which has the same length. The
@@ -146,7 +144,8 @@ def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, stra
     def excess(slip: Any) -> Any:
         speed = xp.maximum((1.5 * (slip - before) / dt - pace / 2) / series, 0.0)
         slip_of_one = slip / series
-        sheets = strap.fall * xp.maximum(strap.overlap - slip_of_one, 0.0) * growth(speed, law)
+        friction = strap.fall * xp.maximum(brake.sheets.overlap - slip_of_one, 0.0)
+        sheets = friction * brake_growth(speed, brake)
         return sheets + strap.sleeve.force(slip_of_one) - strap.stiffness * (payout - slip)
 
     slides = (excess(before) < 0) & (before < end)
@@ -172,13 +171,15 @@ def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, stra
     return xp.where(slides, xp.minimum(solution, end), before)
 
 
-def difference_growth(law: SpeedLaw, slip: Any, series: Any, brake: Brake) -> float:
+def difference_growth(slip: Any, speed: float, series: Any, brake: Brake) -> float:
     """Return the growth factor of a difference between two brakes in a chain at its `slip` [m].
 
-    To first order, without the enclosure, it is (L2/(L2 - x))^(1/n), with x the slip of each.
+    To first order, without the enclosure, it is (L2/(L2 - x))^(1/n), with x the slip of each and n
+    the exponent of the friction at their `speed` [m/s].
     """
+    exponent = growth_slope(speed, brake) * (rest_speed(brake) + speed)
     left = 1 - slip / series / brake.sheets.overlap
-    return float(left ** (-1 / law.power)) if left > 0 else float("inf")
+    return float(left ** (-1 / exponent)) if left > 0 else float("inf")
 
 
 def tension(payout: Any, slip: Any, strap: Strap) -> Any:
@@ -235,7 +236,7 @@ def _start_ride(drive: Any, body: Body, strap: Strap) -> Ride:
     lanes = xp.broadcast_shapes(*(xp.shape(a) for a in leaves((drive, body, strap))))
     zero = xp.zeros(lanes)
     initial = xp.zeros(()), zero, zero + body.speed, zero + drive, zero, zero, zero, zero
-    return Ride(*initial, pace=None if strap.law is None else zero)
+    return Ride(*initial, pace=None if strap.paced_brake is None else zero)
 
 
 def _advance_ride(ride_now: Ride, drive: Any, dt: Any, body: Body, strap: Strap) -> Ride:
@@ -243,10 +244,10 @@ def _advance_ride(ride_now: Ride, drive: Any, dt: Any, body: Body, strap: Strap)
     half = ride_now.speed + ride_now.acceleration * dt / 2
     travel_ = ride_now.way + half * dt
     payout = body.ratio * travel_ - body.slack
-    if strap.law is None:
+    if strap.paced_brake is None:
         slip, pace = chain_slip(payout, ride_now.slip, strap), None
     else:
-        slip = paced_slip(strap.law, payout, ride_now.slip, ride_now.pace, dt, strap)
+        slip = paced_slip(strap.paced_brake, payout, ride_now.slip, ride_now.pace, dt, strap)
         pace = (slip - ride_now.slip) / dt
     force = tension(payout, slip, strap)
     push = drive - body.ratio * force / body.mass
@@ -326,7 +327,7 @@ class Trial(NamedTuple):
     def strap(self, **instead: Any) -> Strap:
         """Return the scenario's strap, with some of its values replaced by `instead`."""
         brakes = self.scenario.brakes
-        brake = require_flat(remove_idle_speed_law(self.scenario.brake.brake), "the restraint")
+        brake = require_linear(remove_idle_speed_law(self.scenario.brake.brake), "the restraint")
         settings = {"parallel": brakes.parallel, "series": brakes.series, "vacuum": brakes.vacuum}
         strap: Strap = make_strap(**(settings | {"webbing": self.webbing} | instead), brake=brake)
         return strap

@@ -237,6 +237,3 @@ def _resolve_path(name: str, folder: Path) -> str:
     """Return the path next to the scenario file if it exists, otherwise the name unchanged."""
     local_file = folder / name
     return str(local_file) if name.endswith(".toml") and local_file.is_file() else name
-
-
-kind_of = load_kind  # former name

@@ -70,9 +70,9 @@ class SeatBelt(Machine):
         """Return (trial of the restrained mass in the pulse, its velocity change [m/s])."""
         crash, belt = self.crash, self.belt
         # at constant force, stopping takes twice the space divided by the speed; a rebound follows
-        after = crash.duration + 4 * self.limits.space / crash.change
+        duration = crash.duration + 4 * self.limits.space / crash.change
         pulse = crash.pulse, crash.change, crash.duration
-        push, dt, change = make_drive(*pulse, after, STEPS, self.folder)
+        push, dt, change = make_drive(*pulse, duration, STEPS, self.folder)
         body = Body(self.occupant.mass * self.occupant.share, belt.payout, belt.slack)
         return Trial(self, body, belt.stiffness, push, dt), change
 
@@ -89,9 +89,12 @@ class SeatBelt(Machine):
             self.run_case("limiter of constant force", trial, make_limiter(force, belt.stiffness)),
         )
         brake_ride, end = restraints[0].ride, float(strap.travel) * brakes.series
-        is_bottomed_out, soft = bool(brake_ride.slip[-1] >= end * (1 - 1e-9)), bool(can_snap(strap))
+        is_bottomed_out, may_snap = (
+            bool(brake_ride.slip[-1] >= end * (1 - 1e-9)),
+            bool(can_snap(strap)),
+        )
         ready = check_readiness(self, self.supply, vacuum, tuned=adjusts)
-        best, least = self.find_belts(trial)
+        best, lowest_force = self.find_belts(trial)
         result = Result(
             scenario=self, record=Record(trial.drive, restraints), warnings=ready.notices
         )
@@ -102,7 +105,7 @@ class SeatBelt(Machine):
         )
         result.add("N", steady_force=belt.stiffness * brake.sheets.overlap)
         result.add("m", slip=float(brake_ride.slip[-1]), travel=end)
-        result.add("1", bottomed_out=is_bottomed_out, snaps=soft)
+        result.add("1", bottomed_out=is_bottomed_out, snaps=may_snap)
         # use the vacuum in this crash, not the site's full vacuum
         work = float(slip_work(brake.sheets.usable_travel, vacuum, brake))
         result.add("J", energy_capacity=brakes.count * work)
@@ -116,9 +119,9 @@ class SeatBelt(Machine):
             aged_force = float(aged_holding_force(ready.time, vacuum, brake))
             result.add("N", aged_holding_force=aged_force * brakes.parallel)
         result.add_group("needed", best, "needed_")
-        result.add_group("least", least, "least_")
+        result.add_group("least", lowest_force, "least_")
         result.add_bounds("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
-        if soft:
+        if may_snap:
             result.warnings.append(
                 "the stiffness of the belt is below the rate at which the brakes' force "
                 "falls: they snap"
@@ -132,7 +135,7 @@ class SeatBelt(Machine):
         result.add_limits()
         result.limits += ready.limits
         result.brakes_needed = best.get("count")
-        result.needed = self.describe_need(best, least, force)
+        result.needed = self.describe_need(best, lowest_force, force)
         return result
 
     def run_case(self, name: str, trial: Trial, strap: Strap) -> HeldOccupant:
@@ -150,15 +153,15 @@ class SeatBelt(Machine):
         rows = trial.run_grid(**grid)
         names = {"way": "excursion", "held": "chest_acceleration", "force": "belt_force"}
         rows = rows[rows.stops & (rows.way <= self.limits.space)].rename(columns=names)
-        inside = rows.chest_acceleration <= self.limits.chest
-        inside &= rows.belt_force <= self.limits.belt
-        return rows.assign(meets_loads=inside, stiffness=rows.webbing, burdens=~inside)
+        is_allowed = rows.chest_acceleration <= self.limits.chest
+        is_allowed &= rows.belt_force <= self.limits.belt
+        return rows.assign(meets_loads=is_allowed, stiffness=rows.webbing, burdens=~is_allowed)
 
     def tune_vacuum(self, trial: Trial) -> float:
         """Return the lowest of LEVELS vacuums [Pa] that is sufficient, else `brakes.vacuum`."""
         levels = self.brakes.vacuum * np.arange(1, LEVELS + 1) / LEVELS
-        fine = self.list_stopping_belts(trial, vacuum=levels).vacuum
-        return float(fine.min()) if len(fine) else self.brakes.vacuum
+        stopping_vacuums = self.list_stopping_belts(trial, vacuum=levels).vacuum
+        return float(stopping_vacuums.min()) if len(stopping_vacuums) else self.brakes.vacuum
 
     def find_least_limiter(self, trial: Trial) -> float:
         """Return the smallest constant force [N] with which the occupant stops, or infinity."""
@@ -199,10 +202,14 @@ class SeatBelt(Machine):
         place = int(np.searchsorted(parallel, best["parallel"]))
         counts = np.arange(parallel[max(place - 1, 0)], best["parallel"] + 1)
         chain = {"webbing": best["webbing"], "series": best["series"], "parallel": counts}
-        rows, least = self.list_stopping_belts(trial, **chain), best_row(rows, "belt_force")
-        return best_row(rows[rows.sound], *fewest), least | {"belt_force_count": least["count"]}
+        rows, lowest_force = self.list_stopping_belts(trial, **chain), best_row(rows, "belt_force")
+        return best_row(rows[rows.sound], *fewest), lowest_force | {
+            "belt_force_count": lowest_force["count"]
+        }
 
-    def describe_need(self, best: dict[str, Any], least: dict[str, Any], force: float) -> str:
+    def describe_need(
+        self, best: dict[str, Any], lowest_force: dict[str, Any], force: float
+    ) -> str:
         """Describe the requirements as a sentence."""
         if not best:
             return (
@@ -225,8 +232,8 @@ class SeatBelt(Machine):
         if not best["meets_loads"]:
             words += (
                 ". No number of these brakes also meets the load limits: the lowest force "
-                f"in the belt is {show(least['belt_force'], 'N')}, with {least['count']} "
-                "of them"
+                f"in the belt is {show(lowest_force['belt_force'], 'N')}, with "
+                f"{lowest_force['count']} of them"
             )
         if force > self.limits.belt:
             words += (

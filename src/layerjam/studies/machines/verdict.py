@@ -165,13 +165,13 @@ class Machine(Scenario):
 
     def note_slip(self, slip: float, pace: Any) -> list[Notice]:
         """Return notices about chains that slip by `slip` [m] at `pace` [m/s] with a speed law."""
-        law = self.brake.brake.speed_law
-        if pace is None or law is None:
+        if pace is None:
             return []
         series, brake = self.brakes.series, self.brake.brake
-        notices = speed_notices(self.brake, float(np.max(pace)) / series)
+        speed = float(np.max(pace)) / series
+        notices = speed_notices(self.brake, speed)
         if series > 1:
-            times = difference_growth(law, slip, series, brake)
+            times = difference_growth(slip, speed, series, brake)
             words = (
                 f"the {series} identical brakes of a chain are assumed to share its slip equally, "
                 f"as friction grows with speed. A difference between two grows {times:.3g}-fold "
@@ -182,6 +182,3 @@ class Machine(Scenario):
         return notices
 
     slid = note_slip  # former name
-
-
-deciding = find_deciding_limit  # former name

@@ -119,10 +119,12 @@ class Bench(Page):
 
     def controls(self) -> Mapping[str, Control]:
         """Return the controls for the target and the sensor."""
-        full = self.desk.line.line.site.atmosphere
-        target = control("rise", "target", min(40e3, 0.6 * full), (0.01 * full, 0.99 * full))
+        full_vacuum = self.desk.line.line.site.atmosphere
+        target = control(
+            "rise", "target", min(40e3, 0.6 * full_vacuum), (0.01 * full_vacuum, 0.99 * full_vacuum)
+        )
         return map_keys(
-            target.narrow_bounds(high=full),
+            target.narrow_bounds(high=full_vacuum),
             control("regulate", "sensor_range", 103e3, (10e3, 200e3)),
         )
 
@@ -138,8 +140,8 @@ class Bench(Page):
             self.add_slider("target")
             with ui.row().classes("gap-2"):
                 button("Hold the target", self._hold_target, "bench-on", "play_arrow")
-                look = "dense no-caps color=negative padding='4px 10px'"
-                button("Off", self._switch_off, "bench-off", "stop", look=look)
+                props = "dense no-caps color=negative padding='4px 10px'"
+                button("Off", self._switch_off, "bench-off", "stop", look=props)
                 button("Clear fault", self._clear_fault, "bench-clear")
             self.add_alert()
             with fold("Run a procedure and record it", "bench-procedure-fold", is_open=True):
@@ -245,13 +247,13 @@ class Bench(Page):
 
     def _bench_settings(self, *, with_rest: bool = True) -> dict[str, Any]:
         target = self.value("target")
-        safe = self.word(self.safe) or ("release" if not with_rest else "")
+        safe_state = self.word(self.safe) or ("release" if not with_rest else "")
         regulator = bench_regulator(
-            str(self.address.value), self.desk.line, target, safe, self.word(self.law),
+            str(self.address.value), self.desk.line, target, safe_state, self.word(self.law),
             self.value("sensor_range"),
         )  # fmt: skip
-        extra = {"rest": self.word(self.rest)} if with_rest else {}
-        return {"regulator": regulator, "target": target, **extra}
+        rest_option = {"rest": self.word(self.rest)} if with_rest else {}
+        return {"regulator": regulator, "target": target, **rest_option}
 
     def draw(self, result: Any) -> None:
         """Draw the target before the first reading; the readings are drawn as they arrive."""

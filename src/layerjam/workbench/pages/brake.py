@@ -7,11 +7,9 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.brake.commands.edit import BRAKE_FIELDS, edit, find_stale_numbers
+from layerjam.brake.commands.edit import BRAKE_FIELDS, edit, find_stale_numbers, list_numbers
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.device.load import catalogue, load
-from layerjam.core.toml_files.changes import collect_values
-from layerjam.core.toml_files.plugin_tables import known_quantities
 from layerjam.core.units import parse, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
@@ -70,9 +68,9 @@ class Brake(Page):
     def controls(self) -> Mapping[str, Control]:
         """Return the controls for the displayed slip and vacuum, within the brake's bounds."""
         brake = self.desk.brake.brake
-        lap, full = brake.sheets.overlap, self.more.atmosphere(brake.site.atmosphere)
+        lap, full_vacuum = brake.sheets.overlap, self.more.atmosphere(brake.site.atmosphere)
         slip = control("force", "slip", 0.0, (0.0, lap), label="Displayed slip")
-        vacuum = vacuum_control("force", "vacuum", full, label="Displayed vacuum")
+        vacuum = vacuum_control("force", "vacuum", full_vacuum, label="Displayed vacuum")
         return map_keys(slip.narrow_bounds(high=lap), vacuum)
 
     def build(self) -> None:
@@ -197,9 +195,9 @@ class Brake(Page):
         self.view.show(stack, words, self.dark)
         self.words.set_text(words)
         self.figures.fill(force)
-        full = self.more.atmosphere(brake.site.atmosphere)
+        full_vacuum = self.more.atmosphere(brake.site.atmosphere)
         self.heroes.fill(headlines(facts), facts)
-        self.sentence.set_text(describe_forces(facts, force, full, slip, vacuum))
+        self.sentence.set_text(describe_forces(facts, force, full_vacuum, slip, vacuum))
         second_file = self.desk.beside
         unlike = calibration_notices(
             [self.desk.brake, *([] if second_file is None else [second_file])]
@@ -220,9 +218,9 @@ def headlines(facts: Any) -> list[Hero]:
 
 def describe_forces(facts: Any, force: Any, full: float, slip: float, vacuum: float) -> str:
     """Return a sentence with the page's three forces, each with its vacuum."""
-    holds, pulled = show(facts.holding_force, "N", 3), show(facts.max_force, "N", 3)
+    holding, pulled = show(facts.holding_force, "N", 3), show(facts.max_force, "N", 3)
     return (
-        f"Holds {holds} at rest and resists {pulled} when pulled, both at full vacuum, "
+        f"Holds {holding} at rest and resists {pulled} when pulled, both at full vacuum, "
         f"{show(full, 'Pa', 3)}; at a slip of {show(slip, 'm', 3)} and {show(vacuum, 'Pa', 3)} "
         f"it resists {show(force.force, 'N', 3)}."
     )
@@ -254,16 +252,16 @@ ALIKE = 5e-5
 """Relative difference that the display cannot show; smaller differences count as none."""
 
 
-def compare_numbers(mine: float | None, theirs: float | None, better: int) -> str:
+def compare_numbers(first: float | None, second: float | None, better_sign: int) -> str:
     """Return the difference of two numbers as text: sign, percentage, and better or worse."""
-    if mine is None or theirs is None:
+    if first is None or second is None:
         return ""
-    if mine == theirs or (theirs and abs(mine / theirs - 1) < ALIKE):
+    if first == second or (second and abs(first / second - 1) < ALIKE):
         return "same"
-    much = _format_percent(mine / theirs - 1) if theirs else "more than zero"
-    if not better:
+    much = _format_percent(first / second - 1) if second else "was zero"
+    if not better_sign:
         return much
-    return f"▲ {much}, better" if (mine - theirs) * better > 0 else f"▼ {much}, worse"
+    return f"▲ {much}, better" if (first - second) * better_sign > 0 else f"▼ {much}, worse"
 
 
 def _format_percent(part: float) -> str:
@@ -271,10 +269,10 @@ def _format_percent(part: float) -> str:
     return text.replace("-", "−")
 
 
-def comparison_html(first: Any, second: Any | None, even: bool = True) -> str:
+def comparison_html(first: Any, second: Any | None, is_even: bool = True) -> str:
     """Return a brake's numbers as an HTML table, with its differences from a second brake.
 
-    `even` is false if only one brake is calibrated; the forces are then not judged.
+    `is_even` is false if only one brake is calibrated; the forces are then not judged.
     """
     heads = ["", first.values["name"]]
     if second is not None:
@@ -282,14 +280,14 @@ def comparison_html(first: Any, second: Any | None, even: bool = True) -> str:
     rows: list[list[Cell]] = []
     meanings = result_fields("show")
     for key, better in ROWS.items():
-        unit, mine = first.units[key], first.values[key]
+        unit, first_value = first.units[key], first.values[key]
         name = meanings[key][0].upper() + meanings[key][1:]
-        row: list[Cell] = [name, (show(mine, unit), "font-medium")]
+        row: list[Cell] = [name, (show(first_value, unit), "font-medium")]
         if second is not None:
-            theirs = second.values[key]
-            judged = even or key not in WITH_FACTOR
-            words = compare_numbers(mine, theirs, better if judged else 0)
-            row += [show(theirs, unit), (words, _class_names(words))]
+            second_value = second.values[key]
+            judged = is_even or key not in WITH_FACTOR
+            words = compare_numbers(first_value, second_value, better if judged else 0)
+            row += [show(second_value, unit), (words, _class_names(words))]
         rows.append(row)
     return html_table(heads, rows, (1, 2, 3), "The brake", "brake-numbers")
 
@@ -304,11 +302,7 @@ def sources_table(file: BrakeFile) -> str:
     """Return an HTML table of a brake's numbers, each with its kind and its source."""
     heads = ["Number", "Value", "Kind", "Source", "Spread", "Conflict"]
     rows = []
-    values = collect_values(file.brake)
-    for path, (spec, _) in (BRAKE_FIELDS | known_quantities(file.brake)).items():
-        value, source = values.get(path), file.sources.get(path)
-        if value is None:
-            continue
+    for path, spec, value, source in list_numbers(file):
         source_texts = ("default", "", "", "")
         if source is not None:
             source_texts = (source.kind, source.text, source.spread, source.conflict)

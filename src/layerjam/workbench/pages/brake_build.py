@@ -202,17 +202,17 @@ class BuildPart(View):
         result = call.run(function=judge_build)
         if not result.feasible:
             return Folder(call.out, result)
-        return run_in_subprocess(make_folder, call, tell=self.maker.report_progress)
+        return run_in_subprocess(make_folder, call, progress=self.maker.report_progress)
 
     def _on_folder_ready(self, folder: Folder | None, problem: str) -> None:
         self.folder, self._trouble = folder, problem
 
 
-def make_folder(call: Call, tell: Tell) -> Folder:
+def make_folder(call: Call, progress: Tell) -> Folder:
     """Return the folder that a call writes, as a ZIP archive."""
-    with tempfile.TemporaryDirectory(prefix="layerjam-") as room:
-        place = Path(room) / "build"
-        result = call.run(out=place, progress=tell)
+    with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
+        place = Path(folder) / "build"
+        result = call.run(out=place, progress=progress)
         files = {f"{call.out}/{name}": (place / name).read_bytes() for name in result.files}
     return Folder(call.out, result, zip_files(files))
 

@@ -62,12 +62,14 @@ def merge_bodies(bodies: "Iterable[Body]") -> Parts:
         by_colour.setdefault(body.colour, []).append(body)
     every = np.concatenate([body.corners for group in by_colour.values() for body in group])
     low, high = every.min(axis=0), every.max(axis=0)
-    parts = tuple(_surface(colour, group, (low + high) / 2) for colour, group in by_colour.items())
+    parts = tuple(
+        _make_surface(colour, group, (low + high) / 2) for colour, group in by_colour.items()
+    )
     x, y, z = ((high - low) / UNIT).tolist()
     return Parts(parts, (x, y, z))
 
 
-def _surface(colour: str, bodies: "list[Body]", middle: Any) -> Surface:
+def _make_surface(colour: str, bodies: "list[Body]", middle: Any) -> Surface:
     first = np.cumsum([0, *(len(body.corners) for body in bodies)])
     corners = np.concatenate([body.corners - middle for body in bodies]) / UNIT
     triangles = np.concatenate([b.triangles + k for b, k in zip(bodies, first, strict=False)])

@@ -59,8 +59,8 @@ class Arrays(Part):
 
     def controls(self) -> Mapping[str, Control]:
         """Return the controls for the numbers of brakes and their vacuum."""
-        full = self.more.atmosphere(self.desk.brake.brake.site.atmosphere)
-        vacuum = vacuum_control("array", "vacuum", full, 0.01 * full)
+        full_vacuum = self.more.atmosphere(self.desk.brake.brake.site.atmosphere)
+        vacuum = vacuum_control("array", "vacuum", full_vacuum, 0.01 * full_vacuum)
         rows = control("array", "parallel", 2, (1, WIDE), label="In parallel", steps=WIDE - 1)
         row = control("array", "series", 2, (1, LONG), label="In series", steps=LONG - 1)
         return map_keys(rows.narrow_bounds(high=WIDE), row.narrow_bounds(high=LONG), vacuum)

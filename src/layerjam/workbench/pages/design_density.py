@@ -44,10 +44,12 @@ class Density(Part):
     def controls(self) -> Mapping[str, Control]:
         """Return the control for the vacuum of the computed brakes."""
         sites = [self.desk.brake, *map(load, devices())]
-        full = self.more.atmosphere(min(file.brake.site.atmosphere for file in sites))
+        full_vacuum = self.more.atmosphere(min(file.brake.site.atmosphere for file in sites))
         name = "Vacuum of the computed brakes"
-        ours = vacuum_control("compare", "vacuum", full, 0.05 * full, key="ours", label=name)
-        return map_keys(ours)
+        vacuum = vacuum_control(
+            "compare", "vacuum", full_vacuum, 0.05 * full_vacuum, key="ours", label=name
+        )
+        return map_keys(vacuum)
 
     def build(self) -> None:
         """Build the control, the chart, and the table below."""
@@ -66,10 +68,12 @@ class Density(Part):
     def calls(self) -> Sequence[Call]:
         """Return a comparison of the desk's brake, listed first, with the catalogue's brakes."""
         subject = self.desk.brake_subject()
-        others = [Subject(name) for name in devices() if name != subject.name]
+        other_subjects = [Subject(name) for name in devices() if name != subject.name]
         return [
             Call(
-                "compare", (subject, *others), {"vacuum": self.text("ours"), **self.more.options()}
+                "compare",
+                (subject, *other_subjects),
+                {"vacuum": self.text("ours"), **self.more.options()},
             )
         ]
 
@@ -90,7 +94,12 @@ class Density(Part):
             f"Not drawn, because no published device was found: {lacking}." if lacking else ""
         )
         rows = [
-            (r["name"], r["kind"], *_cells(r), " ".join(filter(None, (r["source"], r["note"]))))
+            (
+                r["name"],
+                r["kind"],
+                *_format_cells(r),
+                " ".join(filter(None, (r["source"], r["note"]))),
+            )
             for r in result.devices
         ]
         self.table.set_content(html_table(HEADS, rows, (2, 3, 4), "Force versus mass of devices"))
@@ -107,9 +116,9 @@ def density_chart(result: Any, dark: bool) -> dict[str, Any]:
     kinds: dict[str, list[Any]] = {}
     for r in rows:
         kinds.setdefault("" if r["computed"] else r["kind"], []).append(r)
-    ours = kinds.pop("")
+    computed_rows = kinds.pop("")
     series = [*_isolines(x, y, PALE if dark else GREY), _sheet_count_line(first, ink)]
-    series.append(_device_series(ours, BLUE, "circle", ink))
+    series.append(_device_series(computed_rows, BLUE, "circle", ink))
     for look, (kind, rows) in zip(itertools.cycle(SYMBOLS), kinds.items(), strict=False):
         series.append(_device_series(rows, *look, ink, kind))
     axes = {"x": "mass [g]", "y": "maximum force [N]"}
@@ -148,7 +157,7 @@ def _device_series(
         free = dict(position="top" if len(rows) > 1 else "bottom", lineHeight=13)
         label |= free | dict(width=130, overflow="break") if kind else dict(position="right")
         label |= dict(fontWeight="bold" if first else "normal")
-        name = f"{r['name']}: {', '.join(_cells(r))}"
+        name = f"{r['name']}: {', '.join(_format_cells(r))}"
         value, size = _chart_point(r["mass"], r["max_force"]), 16 if first else 9
         data.append(dict(name=name, value=value, symbolSize=size, label=label))
     look = dict(color=color, symbol=symbol, labelLayout={"moveOverlap": "shiftY"})
@@ -186,6 +195,6 @@ def _chart_point(mass: float, force: float) -> list[float]:
     return [float(f"{value:.5g}") for value in (mass * GRAMS, force)]
 
 
-def _cells(row: dict[str, Any]) -> list[str]:
+def _format_cells(row: dict[str, Any]) -> list[str]:
     units = {"mass": "kg", "max_force": "N", "force_density": "N/kg"}
     return [show(row[key], unit) for key, unit in units.items()]

@@ -144,9 +144,9 @@ def find_predicted(result: Any, design: Row) -> Any:
 def forces_text(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
     """Return sentences that explain a design's forces, and report a mass that is too high."""
     vacuum = f"at {show(design['vacuum'], 'Pa', 3)}"
-    holds, peak = (show(design[name], "N", 3) for name in ("holding_force", "max_force"))
-    end = "" if pull is None else f" and {show(pull[1], 'N', 3)} at the end of its travel"
-    text = f"Holds {holds} at rest; when pulled, it resists up to {peak}{end}, all {vacuum}."
+    holding, peak = (show(design[name], "N", 3) for name in ("holding_force", "max_force"))
+    end = "" if pull is None else f", falling to {show(pull[1], 'N', 3)} at the end of its travel"
+    text = f"Holds {holding} at rest; when pulled, it resists up to {peak}{end}, all {vacuum}."
     for limit in result.record.spec.constraints:
         drawn = design.get("drawn_mass")
         if limit.name in ("mass", "drawn_mass") and limit.most and drawn and drawn > limit.limit:
@@ -184,8 +184,8 @@ def comparison_table(result: Any, number: int, is_main: bool = True) -> str:
             pairs = zip(cells, masses, strict=True)
             cells = [f"{c}, too heavy" if min(bounds, default=m) < m else c for c, m in pairs]
         rows.append((key_name(name), ", ".join(limits.get(name, [])), *cells))
-    none = "" if is_main else "All rows are shown above."
-    return _format_table("Comparison of designs", ("", "required", *columns), rows, 2, none)
+    empty_text = "" if is_main else "All rows are shown above."
+    return _format_table("Comparison of designs", ("", "required", *columns), rows, 2, empty_text)
 
 
 def exclusion_table(result: Any) -> str:
@@ -202,8 +202,8 @@ def exclusion_table(result: Any) -> str:
         for f in result.forbidden
     ]
     heads = ("Constraint", "Excluded design", "Its value", "Violated by", "Better by")
-    none = "No single constraint excludes a better design."
-    return _format_table("Designs excluded by one constraint", heads, rows, 2, none)
+    empty_text = "No single constraint excludes a better design."
+    return _format_table("Designs excluded by one constraint", heads, rows, 2, empty_text)
 
 
 def probability_table(result: Any) -> str:
@@ -215,8 +215,8 @@ def probability_table(result: Any) -> str:
         span = (cell_text(c[end], units.get(name, "1")) for end in ("low", "high"))
         rows.append(("all constraints" if name == "all" else name, *shares, *span))
     heads = ("Constraint", "Probability", "±", "5th percentile", "95th percentile")
-    none = "The specification has no constraints."
-    return _format_table("Robustness of the selected design", heads, rows, 1, none)
+    empty_text = "The specification has no constraints."
+    return _format_table("Robustness of the selected design", heads, rows, 1, empty_text)
 
 
 def sensitivity_table(result: Any) -> str:

@@ -1,6 +1,6 @@
 """Search for a brake: specification, search run and results."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache, partial
 from html import escape
@@ -14,6 +14,7 @@ from layerjam.core.units import exact_text, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
+from layerjam.workbench.controls import Control, control, map_keys
 from layerjam.workbench.desk import read_device
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages import design_front as front
@@ -42,6 +43,8 @@ from layerjam.workshop.figures.design_figures import find_front_axes
 
 LONGEST = 20_000
 """Maximum number of characters of a specification on the page; it must fit in a link."""
+SHARE = 0.95
+"""Share of brakes that meet all constraints, unless another is chosen."""
 STOPPED = "Stopped. Press Search to restart."
 EMPTY = "Set what the brake must do, then press Search."
 CHANGED = "The requirement has changed since the search."
@@ -118,6 +121,16 @@ class NeedPart(Part):
         """Return the text of the brake on which the specification is based, as of the search."""
         return str(self.desk.get(PAGE, "begin", ""))
 
+    def controls(self) -> Mapping[str, Control]:
+        """Return the control for the share of brakes, which the next search uses."""
+        label = "Share of brakes that meet the requirement"
+        return map_keys(control("design", "confidence", SHARE, (0.5, 0.99), label=label))
+
+    def share(self) -> float:
+        """Return the share of brakes of the last search."""
+        value = self.desk.get(PAGE, "share", SHARE)
+        return float(value) if isinstance(value, int | float) else SHARE
+
     def spec(self) -> DesignSpecification:
         """Return the specification; raises FileError with the line number."""
         return read_specification(self.spec_text()[0], self.start_brake())
@@ -127,16 +140,18 @@ class NeedPart(Part):
         _, name = self.spec_text()
         if not self.is_requested:
             return []
+        share = self.share()
+        options = {} if share == SHARE else {"confidence": f"{share:g}"}
         if name:
-            return [Call("design", (Subject(name),))]
+            return [Call("design", (Subject(name),), options)]
         spec = self.spec()
         begin = self.start_brake()
         file = f"{spec.brake.name}.toml"
         needs = ((file, begin),) if begin and f'"{file}"' in spec.text else ()
-        return [Call("design", (Subject(f"{plain_name(spec.name)}.toml", spec, needs),))]
+        return [Call("design", (Subject(f"{plain_name(spec.name)}.toml", spec, needs),), options)]
 
     def _request_key(self) -> object:
-        return self.spec_text(), self.start_brake()
+        return self.spec_text(), self.start_brake(), self.share()
 
     def _displayed_result(self) -> Any:
         """Return the result whose front is displayed; None during a search."""
@@ -171,6 +186,7 @@ class NeedPart(Part):
         side, main = columns(all_shown=True)
         with side:
             self.form.build()
+            self.add_slider("confidence")
             with ui.row().classes("items-center gap-2"):
                 button("Search", self.start_search, f"{PAGE}-search", "search", look="no-caps")
             self.trouble = ui.html("", sanitize=False)
@@ -241,14 +257,18 @@ class NeedPart(Part):
             self.editor.set_value(self._spec_seen or self.form.text_written)
         if self.panel.shown is not None and self._found[0] != self._request_key():
             self._hide_front()
+        self._mark_outdated()
 
     def _store_text(self, text: str) -> None:
         self.editor.set_value(text)
 
     def _mark_outdated(self) -> None:
         """Offer the search if none was requested, or if the requirement has changed since."""
+        is_new = (
+            self.editor.value != self.spec_text()[0] or self.value("confidence") != self.share()
+        )
         self.advice.set_text(CHANGED if self.is_requested else EMPTY)
-        self.empty.set_visibility(not self.is_requested or self.editor.value != self.spec_text()[0])
+        self.empty.set_visibility(not self.is_requested or is_new)
 
     def _hide_front(self) -> None:
         self.panel.draw(None, None)
@@ -278,6 +298,8 @@ class NeedPart(Part):
         self.desk.put_setting(PAGE, "picked", float(front.CHOSEN))
         if is_own:
             self.desk.put_setting(PAGE, "begin", self.desk.state.brake)
+        if self.value("confidence") != self.share():
+            self.desk.put_setting(PAGE, "share", self.value("confidence"))
         self.desk.put_setting(PAGE, "spec", same)
         self._spec_seen = self.spec_text()[0]
         self.page.refresh()

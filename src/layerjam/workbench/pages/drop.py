@@ -102,7 +102,7 @@ class Drop(Page):
         """Return the controls, with the bounds that the brake sets."""
         brake = self.desk.brake.brake
         usable = brake.sheets.usable_travel
-        full = self.more.atmosphere(brake.site.atmosphere)
+        full_vacuum = self.more.atmosphere(brake.site.atmosphere)
         travel = control(
             "drop", "travel", min(0.04, usable), (0.001, usable), label="Stopping travel"
         )
@@ -113,7 +113,7 @@ class Drop(Page):
             control("drop", "height", 0.1, (0.005, 2.0), unit="m"),
             rope,
             travel.narrow_bounds(high=usable),
-            vacuum_control("drop", "vacuum", full),
+            vacuum_control("drop", "vacuum", full_vacuum),
             control(
                 "tune", "confidence", SAFE, (0.5, 0.99), label="Share of stops within the travel"
             ),
@@ -178,22 +178,22 @@ class Drop(Page):
 
     def table_calls(self) -> dict[str, Call]:
         """Return {mode: call} for the columns of the table."""
-        full = self.controls()["vacuum"]
-        extra = self.more.options()
-        history = {key: extra.pop(key) for key in HISTORY if key in extra}
+        control = self.controls()["vacuum"]
+        other_options = self.more.options()
+        history = {key: other_options.pop(key) for key in HISTORY if key in other_options}
         if not self._has_rope():
-            extra.pop("rope_damping", None)
+            other_options.pop("rope_damping", None)
         # without a brake, neither a vacuum nor a duration applies
-        bare = {key: value for key, value in extra.items() if key != "duration"}
+        bare_options = {key: value for key, value in other_options.items() if key != "duration"}
         modes: dict[str, Options] = {
-            **({"none": {"no_brake": True, **bare}} if self._has_rope() else {}),
-            "full": {"vacuum": full.text(full.spec.hi), **extra},
-            "tuned": {"vacuum": "tuned", "travel": self.text("travel"), **extra},
+            **({"none": {"no_brake": True, **bare_options}} if self._has_rope() else {}),
+            "full": {"vacuum": control.text(control.spec.hi), **other_options},
+            "tuned": {"vacuum": "tuned", "travel": self.text("travel"), **other_options},
         }
         if self.word(SHOWN) == "value":
-            modes["value"] = {"vacuum": self.text("vacuum"), **extra}
+            modes["value"] = {"vacuum": self.text("vacuum"), **other_options}
         if "vacuum_history" in history:
-            modes["history"] = {**history, **extra}
+            modes["history"] = {**history, **other_options}
         subject, common = self.desk.brake_subject(), self._common_options()
         return {
             mode: Call("drop", (subject,), {**common, **mode_options})
@@ -261,8 +261,8 @@ class Drop(Page):
         texts = tuning.call.options
         self.advice.fill(tuning, failed and view != "none")
         record = stop.record if stop is not None else None
-        slow = None if self.word(SLOWLY) == "auto" else float(self.word(SLOWLY))
-        data = None if record is None else time_series(record, slow, stop.crash)
+        factor = None if self.word(SLOWLY) == "auto" else float(self.word(SLOWLY))
+        data = None if record is None else time_series(record, factor, stop.crash)
         floor = None if tuning.result is None else tuning.result.floor_g
         title = f"{drops[mode].name}-{mode}"
         answer, chart = replace(drops[mode], pins=pins, title=title), None
@@ -270,12 +270,14 @@ class Drop(Page):
             quiet = {label: pin.result for label, pin in answer.pinned_answers.items()}
             brake: Any = read_device("brake", tuning.call.subjects[0].text)
             g = brake.brake.site.gravity
-            least = None if floor is None else floor * g - (0.0 if texts.get("horizontal") else g)
-            chart = drop_chart(data, least, quiet, self.dark)
+            floor_force = (
+                None if floor is None else floor * g - (0.0 if texts.get("horizontal") else g)
+            )
+            chart = drop_chart(data, floor_force, quiet, self.dark)
         self.panel.draw(answer, chart)
         self.animation.load_series(data)
-        main, self.all_numbers = drop_tables(drops, view)
-        self.table.set_content(main)
+        main_table, self.all_numbers = drop_tables(drops, view)
+        self.table.set_content(main_table)
         self._fill_numbers()
         self.bound.set_text(bound_sentence(floor, texts))
         self.notes.fill(list_notes(drops, tuning.result))

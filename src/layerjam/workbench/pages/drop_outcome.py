@@ -135,12 +135,14 @@ def describe_drop(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> 
         return _join_sentence(str(stop.reason))
     if stop.stopping_time is None:
         return "The mass is still moving at the end of the simulation."
-    after = f"in {round_value(show(stop.stopping_time, 's'))}"
+    time_text = f"in {round_value(show(stop.stopping_time, 's'))}"
     if stop.outcome == "NEVER_SLID":
-        return f"Stopped {after} by the rope alone: the sheets never slid."
+        return f"Stopped {time_text} by the rope alone: the sheets never slid."
     if stop.outcome == "CLOSED_BY_SLEEVE":
-        return f"The enclosure pulls the brake back {after}, because friction no longer holds it."
-    who, distance = "The rope alone", after
+        return (
+            f"The enclosure pulls the brake back {time_text}, because friction no longer holds it."
+        )
+    who, distance = "The rope alone", time_text
     if stop.slip is not None:
         who = "This vacuum history" if stop.vacuum is None else show(stop.vacuum, "Pa", 3)
         is_tuned = inputs.get("vacuum") == "tuned"
@@ -196,7 +198,7 @@ def headlines(stop: Any | None, tuning: Answer | None = None) -> list[Hero]:
 def vacuum_headlines(tuning: Answer) -> list[Hero]:
     """Return a tuning's vacuums: that of the average stop, and that which suits most stops."""
     result = tuning.result
-    numbers = [predicted_hero("hero-vacuum", "Required vacuum on average", result, "vacuum")]
+    numbers = [predicted_hero("hero-vacuum", "Mean required vacuum", result, "vacuum")]
     if result.safe_vacuum is not None:
         share, travel = f"{result.confidence * 100:.4g} %", tuning.call.options["travel"]
         name = f"Keeps {share} of stops within {travel}"
@@ -303,7 +305,7 @@ def list_notes(drops: Drops, tuning: Any | None = None) -> list[str]:
     lines = []
     for mode, warnings in by_mode.items():
         for w in warnings:
-            is_shared = all(w in theirs for theirs in by_brake)
+            is_shared = all(w in notes_of_mode for notes_of_mode in by_brake)
             lines.append(w if is_shared else f"{MODES[mode]}: {w}")
     sentences = {w for warnings in by_mode.values() for w in warnings}
     lines += [w for w in (() if tuning is None else tuning.warnings) if w not in sentences]
@@ -316,26 +318,30 @@ def drop_tables(drops: Drops, mode_shown: str) -> tuple[str, str]:
     Cells have no room for intervals, which the large numbers state.
     """
     stops = {mode: without_intervals(answer.result) for mode, answer in drops.items()}
-    fine = {mode: dict(stop.rows()) for mode, stop in stops.items() if stop and stop.feasible}
-    main = [key.replace("_", " ") for key in ROWS]
-    left_out = {key.replace("_", " ") for key in LEFT_OUT}.union(main)
-    given = dict.fromkeys(n for texts in fine.values() for n, text in texts.items() if text != "–")
-    main_names = [n for n in main if n in given] or main[:1]
+    rows_by_mode = {
+        mode: dict(stop.rows()) for mode, stop in stops.items() if stop and stop.feasible
+    }
+    main_keys = [key.replace("_", " ") for key in ROWS]
+    left_out = {key.replace("_", " ") for key in LEFT_OUT}.union(main_keys)
+    given = dict.fromkeys(
+        n for texts in rows_by_mode.values() for n, text in texts.items() if text != "–"
+    )
+    main_names = [n for n in main_keys if n in given] or main_keys[:1]
     other_names = [n for n in given if n not in left_out]
     return (
-        _table_html(drops, fine, main_names, mode_shown),
-        _table_html(drops, fine, other_names, mode_shown, is_main=False),
+        _table_html(drops, rows_by_mode, main_names, mode_shown),
+        _table_html(drops, rows_by_mode, other_names, mode_shown, is_main=False),
     )
 
 
 def _table_html(
     drops: Drops,
-    fine: Mapping[str, Mapping[str, str]],
+    rows_by_mode: Mapping[str, Mapping[str, str]],
     names: Sequence[str],
     mode_shown: str,
     is_main: bool = True,
 ) -> str:
-    """Return a table of the named rows; `fine` is {mode: {name: text}} of the possible drops."""
+    """Return a table of the named rows; `rows_by_mode`: {mode: {name: text}} of possible drops."""
     meanings = result_fields("drop")
     rows = []
     for i, name in enumerate(names):
@@ -343,9 +349,9 @@ def _table_html(
         meaning = escape(meanings.get(key, ""))
         cells = [f'<th scope="row" title="{meaning}">{escape(name.capitalize())}</th>']
         for mode, answer in drops.items():
-            if mode in fine:
+            if mode in rows_by_mode:
                 ident = f'data-testid="drop-{mode}-{key}"'
-                text = _cell_text(key, fine[mode].get(name, "–"))
+                text = _cell_text(key, rows_by_mode[mode].get(name, "–"))
                 cells.append(f"<td{_mode_mark(mode, mode_shown)} {ident}>{escape(text)}</td>")
             elif i == 0:
                 reason = str(answer.result.reason) if answer.result else answer.refusal
@@ -396,13 +402,19 @@ def drop_chart(
         "marks": [peak],
         "share": 1.1,
     }
-    least = [] if bound is None else [(bound, "lowest possible", GREEN)]
+    bound_marks = [] if bound is None else [(bound, "lowest possible", GREEN)]
     common: dict[str, Any] = {"x": "time since the rope became taut [ms]", "x_range": (0, last)}
     if data["crash"] is not None:
         common["spans"] = [(min(data["crash"], 0.995 * last), last, RED)]
     panes = [
         Pane(force, y="force [N]", **first, **common),
         Pane(travel, y="distance [mm]", **common),
-        Pane(deceleration, y="deceleration [m/s²]", y_range=(None, None), levels=least, **common),
+        Pane(
+            deceleration,
+            y="deceleration [m/s²]",
+            y_range=(None, None),
+            levels=bound_marks,
+            **common,
+        ),
     ]
     return chart_options(add_comparisons(panes, quiet), dark)

@@ -112,8 +112,8 @@ class Chain:
         self.messages: dict[str, str] = {}
         self._known: list[StepResult] = []
 
-    def run(self, campaign: Campaign, *wanted: str) -> None:
-        """Update all steps; sampling ("sample") and a report ("report") start only if `wanted`."""
+    def run(self, campaign: Campaign, *requested: str) -> None:
+        """Update all steps; start "sample" (sampling) and "report" only if `requested`."""
         has_files = {name: bool(campaign.select_files(name)) for name in STEPS}
         self.done = {name: step for name, step in self.done.items() if has_files.get(name, True)}
         self.messages = {"validate": WAITS} if has_files["validate"] else {}
@@ -121,13 +121,13 @@ class Chain:
         if has_files["friction"]:
             brake = self._run_friction(campaign) or brake
         if has_files["calibrate"]:
-            calibrated_brake = self._run_calibration(campaign, brake, "sample" in wanted)
+            calibrated_brake = self._run_calibration(campaign, brake, "sample" in requested)
         if has_files["calibrate"] and calibrated_brake is None:
             self.done.pop("validate", None)
         elif has_files["validate"]:
             self._run_step(campaign, campaign.validation(calibrated_brake or brake))
         report = campaign.report()
-        if "report" in wanted or self._cached_step(report):
+        if "report" in requested or self._cached_step(report):
             self._run_step(campaign, report)
         else:
             self.done.pop("report", None)
@@ -174,21 +174,21 @@ def _written_brake(step: StepResult) -> Subject | None:
     return None if step.brake is None else Subject(step.call.out, step.brake)
 
 
-def run_call(call: Call, folder: Path, tell: Progress) -> StepResult:
+def run_call(call: Call, folder: Path, progress: Progress) -> StepResult:
     """Run a call; return its result with the files that it writes, or its error.
 
     Other exceptions, such as a stop request, pass through.
     """
 
     def report(phase: str, share: float) -> None:
-        tell(f"{call.name}: {phase}", share)
+        progress(f"{call.name}: {phase}", share)
 
     place = folder / call.out
-    extra: dict[str, Any] = {"out": place, "overwrite": True} if call.out else {}
+    out_options: dict[str, Any] = {"out": place, "overwrite": True} if call.out else {}
     if call.name == "report":
-        extra |= {"names": call.names, "command": call.command_line().splitlines()[-1]}
+        out_options |= {"names": call.names, "command": call.command_line().splitlines()[-1]}
     try:
-        result = call.run(progress=report, **extra)
+        result = call.run(progress=report, **out_options)
         if call.out and place.is_file():
             text = restore_names(place.read_text(encoding="utf-8"), call.names)
             return StepResult(call, result, BrakeFile.read(text, call.out))
@@ -215,8 +215,8 @@ def draw_picture(name: str, result: Any) -> str:
 def file_stem(brake: Subject) -> str:
     """Return a brake's name as a safe file prefix, without the suffixes that steps add."""
     name = brake.name.removesuffix(".toml")
-    plain = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")[:60] or "brake"
-    return re.sub(r"(-tested|-calibrated)+$", "", plain) or "brake"
+    stem = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")[:60] or "brake"
+    return re.sub(r"(-tested|-calibrated)+$", "", stem) or "brake"
 
 
 def split_roles(rows: Sequence[Row]) -> dict[str, dict[str, str]]:

@@ -128,7 +128,9 @@ class CorrectionPanel:
             self._add_select("role", "Used as", ROLES, width="w-56")
             for name in FACTS:
                 tip = f"{get_spec(Facts, name).text}, with its unit; if empty, the file's value"
-                self._add_text(name, name.replace("_", " ").capitalize(), self._example(name), tip)
+                self._add_text(
+                    name, name.replace("_", " ").capitalize(), self._make_placeholder(name), tip
+                )
         table = self._read_preview()
         is_refused = any(r.refused for r in self.rows)
         with (
@@ -232,7 +234,7 @@ class CorrectionPanel:
         box = select(words, label, ident, value=value, classes=width, tip=tip)
         self._fields[key] = dress(box, look="stack-label")
 
-    def _example(self, name: str) -> str:
+    def _make_placeholder(self, name: str) -> str:
         """Return a placeholder for a metadata field: the stated value, or an example."""
         values = {r.vacuum if name == "vacuum" else getattr(r.facts, name) for r in self.rows}
         value = values.pop()

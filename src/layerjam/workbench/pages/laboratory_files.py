@@ -80,14 +80,14 @@ class Row:
 
 
 def read_rows(
-    uploads: Uploads, edits: Edits, standard: str, read: Callable[..., Row], tell: Progress
+    uploads: Uploads, edits: Edits, standard: str, read: Callable[..., Row], progress: Progress
 ) -> list[Row]:
     """Write the sidecar of each file, and return its row from `read`, which may use a cache."""
     files, rows = uploads.files_in_use, []
     for count, upload in enumerate(files):
         edit = edits.get(upload.key, {})
         text = sidecar_text(uploads.sidecars.get(upload.shown, ""), edit)
-        tell(f"reading {upload.shown}", count / len(files))
+        progress(f"reading {upload.shown}", count / len(files))
         rows.append(read(uploads.write_sidecar(upload, text), edit.get("role", ""), standard))
     return rows
 
@@ -139,12 +139,12 @@ def _use_shown_name(text: object, upload: Upload) -> str:
     return str(rename_files(str(text), {upload.path.name: upload.shown}))
 
 
-def make_practice_files(folder: Path, tell: Callable[[str, float], None]) -> dict[str, bytes]:
+def make_practice_files(folder: Path, progress: Callable[[str, float], None]) -> dict[str, bytes]:
     """Return {name: content} of the practice campaign's files and their sidecars."""
     place = folder / "practice"
     shutil.rmtree(place, ignore_errors=True)
     try:
-        campaign = Call("lab", (Subject("practice"),)).run(out=place, progress=tell)
+        campaign = Call("lab", (Subject("practice"),)).run(out=place, progress=progress)
         contents = {}
         for path in map(Path, campaign.files):
             for file in (path, path.with_name(path.name + SIDECAR_ENDING)):

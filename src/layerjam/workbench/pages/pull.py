@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nicegui import events, ui
 
@@ -58,6 +58,9 @@ from layerjam.workbench.widgets import (
     predicted_hero,
     status,
 )
+
+if TYPE_CHECKING:
+    from layerjam.brake.simulate.pull_spread import PullBand
 
 STEPS = 400
 """Number of steps of the slider that moves along the pull."""
@@ -191,8 +194,8 @@ class Pull(Page):
         """Return the controls, with the bounds that the brake sets."""
         brake = self.desk.brake.brake
         inputs = self.more_of_saw if self._is_stick_slip() else self.more_of_pull
-        full, usable = inputs.atmosphere(brake.site.atmosphere), brake.sheets.usable_travel
-        vacuum = vacuum_control("tensile", "vacuum", full)
+        full_vacuum, usable = inputs.atmosphere(brake.site.atmosphere), brake.sheets.usable_travel
+        vacuum = vacuum_control("tensile", "vacuum", full_vacuum)
         lacking = "Vacuum for files that do not state one"
         return map_keys(
             vacuum,
@@ -327,7 +330,7 @@ class Pull(Page):
 
 
 def make_chart(
-    answer: Answer, brake_facts: Any, reading: Reading, band: pull_band.Band | None, dark: bool
+    answer: Answer, brake_facts: Any, reading: Reading, band: "PullBand | None", dark: bool
 ) -> dict[str, Any]:
     """Return the chart of a pull, with or without stick–slip, and of its pinned curves."""
     name, pins = answer.call.name, answer.pins
@@ -344,11 +347,11 @@ def headlines(result: Any) -> list[Hero]:
     if result.command == STICK_SLIP or not hasattr(result, "peak_force"):
         swing = "–" if result.amplitude is None else f"± {show(result.amplitude, 'N')}"
         period = "–" if result.period is None else show(result.period, "s")
-        fast = "–" if result.critical_speed is None else show(result.critical_speed, "m/s")
+        speed_text = "–" if result.critical_speed is None else show(result.critical_speed, "m/s")
         return [
             Hero("amplitude", "Amplitude", swing),
             Hero("period", "Period", period),
-            Hero("critical_speed", "Critical speed", fast),
+            Hero("critical_speed", "Critical speed", speed_text),
         ]
     names = {
         "peak_force": "Peak force",

@@ -1,41 +1,27 @@
 """The 95 % band of a pull of a tested brake: its pin, its tested part, and drawing."""
 
 from collections.abc import Sequence
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from layerjam.brake.simulate.record import TensileRecord
 from layerjam.core.drawing import style
 from layerjam.core.errors import QuantityError
-from layerjam.core.units import parse
 from layerjam.workbench.call import Call
 from layerjam.workbench.pins import BAND, make_call
 from layerjam.workbench.state import Pin
 
 if TYPE_CHECKING:
-    from layerjam.brake.simulate.prediction import Prediction
+    from layerjam.brake.simulate.pull_spread import PullBand
     from layerjam.core.drawing.style import Figure
 
 ASKED = {"vacuum", "speed", "elongation"}
 """Options of a pull that the law covers; a pull with others has no band."""
-POINTS, SAMPLES = 16, 400
-"""Number of elongations in each of three intervals, and of samples of the brake."""
 NAME = "95 % of pulls"
 """Label of a band in a chart."""
 WORDS = 0.35
 """Fraction of a figure's width that the name of a band occupies."""
-
-
-class Band(NamedTuple):
-    """95 % interval of the force of the next pull [N], at some elongations [m]."""
-
-    elongation: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    tested_end: float
-    """Elongation up to which tests cover the pull [m]: 0, or infinite for all of it."""
 
 
 def is_covered(call: Call) -> bool:
@@ -43,46 +29,18 @@ def is_covered(call: Call) -> bool:
     return call.name == "tensile" and call.options.keys() == ASKED
 
 
-def compute_band(call: Call, record: TensileRecord) -> Band | None:
+def compute_band(call: Call, record: TensileRecord) -> "PullBand | None":
     """Return the band of a pull's `record`; None if untested or not covered by the law."""
     if not is_covered(call) or record.brake.valid_evidence("calibrate") is None:
         return None
     # import late, so that the first page is shown before the computing code is loaded
-    from layerjam.brake.mechanics.effects import fix_speed
-    from layerjam.brake.mechanics.pull import force_at_elongation
-    from layerjam.brake.simulate.prediction import Prediction
+    from layerjam.brake.simulate.pull_spread import find_pull_band
 
-    vacuum, speed = (
-        parse(call.options[k], unit, k) for k, unit in (("vacuum", "Pa"), ("speed", "m/s"))
-    )
-    u = np.asarray(record.elongation, float)
-    top = float(u[int(np.argmax(record.force))])
-    # include the peak itself, where the force has a kink, with more points near it than beyond
-    ends = 0.0, top, min(2 * top, (top + u[-1]) / 2), u[-1]
-    stretches = [np.linspace(a, b, POINTS, endpoint=False) for a, b in pairwise(ends)]
-    elongation = np.concatenate((*stretches, u[-1:]))
-    slip, file = np.interp(elongation, u, record.slip), record.brake
-    device = fix_speed(speed, file.brake)
-    prediction = Prediction(file, vacuum, slip, speed, device, samples=SAMPLES)
-    forces = force_at_elongation(elongation, vacuum, prediction.brakes)
-    if not np.isfinite(forces).all():
-        return None
-    interval = prediction.interval(forces)
-    tested_end = _find_tested_part(prediction, elongation, slip)
-    return Band(elongation, interval["low"], interval["high"], tested_end)
+    band = find_pull_band(record)
+    return None if band is None or not np.isfinite((band.low, band.high)).all() else band
 
 
-def _find_tested_part(prediction: "Prediction", elongation: np.ndarray, slip: np.ndarray) -> float:
-    """Return the elongation [m] up to which the conditions of a pull were tested."""
-    if not prediction.basis.extrapolations:
-        return float("inf")
-    first, *others = prediction.basis.extrapolations
-    if others or first.quantity != "slip":
-        return 0.0
-    return float(elongation[slip <= first.high].max(initial=0.0))
-
-
-def compute_pinned_band(pin: Pin, result: Any) -> Band | None:
+def compute_pinned_band(pin: Pin, result: Any) -> "PullBand | None":
     """Return the band of a pinned pull, or None if the pin has none.
 
     Raises LayerjamError if a link contains invalid values.
@@ -95,7 +53,7 @@ def compute_pinned_band(pin: Pin, result: Any) -> Band | None:
     return compute_band(call, result.record)
 
 
-def draw_bands(figure: "Figure", bands: Sequence[Band]) -> None:
+def draw_bands(figure: "Figure", bands: Sequence["PullBand"]) -> None:
     """Draw the bands of pinned pulls in the figure of a pull; one label names them all."""
     axes, ends = figure.axes[0], list[tuple[float, float]]()
     for b in bands:

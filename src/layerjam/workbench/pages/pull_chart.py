@@ -3,16 +3,19 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from layerjam.core.drawing.chart import Curve, Pane, add_comparisons
+from layerjam.core.drawing.chart import Curve, Pane, add_comparisons, dash_untested
 from layerjam.core.drawing.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY
 from layerjam.core.units import show
 from layerjam.workbench.charts import chart_options, round_up
-from layerjam.workbench.pages.pull_band import NAME, Band
+from layerjam.workbench.pages.pull_band import NAME
 from layerjam.workbench.pages.pull_files import Reading
+
+if TYPE_CHECKING:
+    from layerjam.brake.simulate.pull_spread import PullBand
 
 MM = 1e3
 NONE: Mapping[str, Any] = MappingProxyType({})
@@ -30,7 +33,7 @@ def pull_chart(
     dark: bool,
     pins: Mapping[str, Any] = NONE,
     files: Collection[str] = (),
-    bands: Mapping[str, Band] = NONE,
+    bands: Mapping[str, "PullBand"] = NONE,
 ) -> dict[str, Any]:
     """Return the chart of force versus elongation; vacuum, speed and model do not move its axes.
 
@@ -44,8 +47,7 @@ def pull_chart(
     main = replace(_computed_curve(result, "computed", notes), color=BLUE, width=2.5)
     curves = [main]
     if (band := bands.get("")) is not None:
-        # the command dashes the whole curve if any of it is untested
-        curves = _dash_untested(replace(main, dash="solid"), band.tested_end * MM)
+        curves = dash_untested(main, band.tested_end * MM)
     residuals: list[Curve] = []
     drawn_paths, colors = {item.trace.path for item in pinned_pulls}, dict[str, str]()
     for place, item in enumerate(reading.curves):
@@ -85,22 +87,11 @@ def pull_chart(
 def _computed_curve(result: Any, label: str, notes: Mapping[str, str]) -> Curve:
     """Return the curve of a computed pull; the note of the displayed pull has the key ""."""
     note = notes.get("" if label == "computed" else label, "")
-    return replace(result.panes()[0].curves[0], color=GREY, name=label, width=1.2, note=note)
+    x, y = result.record.elongation * MM, result.record.force
+    return Curve(x, y, GREY, label, width=1.2, note=note)
 
 
-def _dash_untested(curve: Curve, tested_end: float) -> list[Curve]:
-    """Return a curve, dashed where x is beyond the tested part; two curves if only a part is."""
-    x, y = np.asarray(curve.x), np.asarray(curve.y)
-    count = int(np.searchsorted(x, tested_end, side="right"))
-    if count == len(x):
-        return [curve]
-    if count < 2:
-        return [replace(curve, dash="dashed")]
-    outer = replace(curve, x=x[count - 1 :], y=y[count - 1 :], dash="dashed")
-    return [replace(curve, x=x[:count], y=y[:count], labelled=False), outer]
-
-
-def _band_edges(band: Band, label: str) -> list[Curve]:
+def _band_edges(band: "PullBand", label: str) -> list[Curve]:
     color, name = GREY if label else BLUE, f"{label or 'computed'}, {NAME}"
     return [
         Curve(band.elongation * MM, y, color, f"{name}, {side}", width=0.8, labelled=False)

@@ -118,17 +118,17 @@ def find_pulls(desk: Desk) -> tuple[Upload, ...]:
 
 
 def read_pulls(
-    files: tuple[Upload, ...], brake: Subject, vacuum: str, tell: Callable[[str, float], None]
+    files: tuple[Upload, ...], brake: Subject, vacuum: str, progress: Callable[[str, float], None]
 ) -> Reading:
     """Run `pull` and `validate` on the files; errors contain the user's file names."""
     if not files:
         return Reading()
-    pull = try_call(Call("pull", files=files), progress=tell)
+    pull = try_call(Call("pull", files=files), progress=progress)
     if pull.result is None:
         return Reading(files, (pull,))
     lacking = any(row["vacuum"] is None for row in pull.result.pulls)
     validate = Call("validate", (brake,), {"vacuum": vacuum} if lacking else {}, files)
-    return Reading(files, (pull, try_call(validate, progress=tell)), lacking)
+    return Reading(files, (pull, try_call(validate, progress=progress)), lacking)
 
 
 class MeasuredFiles:

@@ -188,8 +188,8 @@ class Editor:
                 self.rows[path] = FieldRow(self, path)
 
     def _build_part_choice(self, table: str) -> None:
-        none = {NONE: "none"} if table in self.kind.optional else {}
-        parts = {CUSTOM: "custom values", **none, **self.kind.parts(table)}
+        no_part = {NONE: "none"} if table in self.kind.optional else {}
+        parts = {CUSTOM: "custom values", **no_part, **self.kind.parts(table)}
 
         def on_select(event: events.ValueChangeEventArguments[Any]) -> None:
             self.use_part(table, str(event.value))

@@ -76,6 +76,12 @@ class Start(Page):
         with self.stage:
             self.animation = Animation()
         self.stage.set_visibility(self.dropped)
+        self._show_stack(self.value("vacuum"))
+
+    def _show_stack(self, vacuum: float) -> None:
+        brake = self.desk.brake.brake
+        stack = build_stack(brake, 0.0, vacuum / brake.site.atmosphere)
+        self.view.show(stack, describe_stack(brake, stack, 0.0), self.dark)
 
     def _build_force(self) -> None:
         with ui.row().classes("items-baseline gap-x-4 gap-y-0 start-force"):
@@ -150,8 +156,7 @@ class Start(Page):
         self.hero.set_text(show(pull.peak_force, "N", DIGITS))
         self.words.set_text(holding_sentence(pull, brake.site.gravity))
         live.draw_chart(self.chart, force_chart(pull, full, self.dark))
-        stack = build_stack(brake, 0.0, vacuum / brake.site.atmosphere)
-        self.view.show(stack, describe_stack(brake, stack, 0.0), self.dark)
+        self._show_stack(vacuum)
         if not fall:
             return
         stop = fall[0].result

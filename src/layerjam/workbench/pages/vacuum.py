@@ -134,14 +134,14 @@ class Vacuum(Page):
 
     def controls(self) -> Mapping[str, Control]:
         """Return the controls, with the bounds that the line sets."""
-        full = self.more.atmosphere(self.desk.line.line.site.atmosphere)
-        target = vacuum_control("rise", "target", full, 0.01 * full)
+        full_vacuum = self.more.atmosphere(self.desk.line.line.site.atmosphere)
+        target = vacuum_control("rise", "target", full_vacuum, 0.01 * full_vacuum)
         span = control("regulate", "duration", 20.0, (1.0, 120.0), unit="s", label="Simulated time")
         sample = control("regulate", "sample_time", 0.01, (SHORTEST, 0.1), unit="ms")
-        begins = {"unit": "s", "label": "Start of the fault"}
+        start_options = {"unit": "s", "label": "Start of the fault"}
         return map_keys(
             target,
-            control("regulate", "fault_at", 10.0, (0.0, 30.0), **begins),
+            control("regulate", "fault_at", 10.0, (0.0, 30.0), **start_options),
             span.narrow_bounds(high=LONGEST),
             sample.narrow_bounds(SHORTEST),
             control("regulate", "sensor_range", 103e3, (10e3, 200e3)),
@@ -219,24 +219,24 @@ class Vacuum(Page):
 
     def calls(self) -> Sequence[Call]:
         """Return the calls for the step response, the controller if chosen, and the brake."""
-        subjects, safe = (self.desk.subject("line"),), self.word(self.safe)
+        subjects, safe_state = (self.desk.subject("line"),), self.word(self.safe)
         common = self.texts("target")
         if self.word(self.fluid) != "air":
             common["fluid"] = self.word(self.fluid)
-        extra = self.more.options()
-        site = {key: value for key, value in extra.items() if key == "atmosphere"}
+        other_options = self.more.options()
+        site = {key: value for key, value in other_options.items() if key == "atmosphere"}
         rise = Call("rise", subjects, {**common, **site})
         place = {"slip": "0 mm", "vacuum": common["target"], **site}
         force = Call("force", (self.desk.brake_subject(),), place)
-        if not safe:
+        if not safe_state:
             return [rise, force]
-        inputs = {**common, "safe_state": safe, "kind": self.word(self.law)}
+        inputs = {**common, "safe_state": safe_state, "kind": self.word(self.law)}
         inputs |= self.texts("duration", "sample_time")
         if self._lacks_sensor():
             inputs |= self.texts(*SENSOR)
         if self.word(self.fault) != "none":
             inputs |= {"fault": self.word(self.fault), "fault_at": self.text("fault_at")}
-        return [rise, Call("regulate", subjects, {**inputs, **extra}), force]
+        return [rise, Call("regulate", subjects, {**inputs, **other_options}), force]
 
     def compute(self) -> list[Answer]:
         """Compute each call separately, so that an error in one does not affect the others."""
@@ -281,7 +281,7 @@ class Vacuum(Page):
         self.loop.show(answer, self.dark)
         # error and ripple refer to the target, which the safe state abandons
         given_up = () if result.outcome == "HEALTHY" else ("steady_error", "ripple")
-        self.loop_figures.fill(result, but=given_up)
+        self.loop_figures.fill(result, skip_keys=given_up)
         self.verdict.set_text(describe_fault(result))
         self.loop_heroes.fill(loop_headlines(result))
         self.detection.set_content(detection_table(result))
@@ -301,16 +301,16 @@ def describe_fault(result: Any) -> str:
         cause = f"From {show(result.fault_at, 's')} on, {result.broken}. "
     if result.outcome == "HEALTHY":
         return f"{cause}The detector reported nothing; {ending}."
-    after = "" if result.said_after is None else f", {show(result.said_after, 's', 3)} later"
+    delay_text = "" if result.said_after is None else f", {show(result.said_after, 's', 3)} later"
     state = f"{result.safe_state}: {SAFE_STATES[result.safe_state]}"
     return (
         f"{cause}The fault “{result.outcome.replace('_', ' ').lower()}” was detected at "
-        f"{show(result.fault_time, 's')}{after}; from then "
+        f"{show(result.fault_time, 's')}{delay_text}; from then "
         f"on {state}, and {ending}."
     )
 
 
-def _hero(key: str, name: str, value: float | None, unit: str) -> Hero:
+def _make_headline(key: str, name: str, value: float | None, unit: str) -> Hero:
     return Hero(key, name, "–" if value is None else show(value, unit))
 
 
@@ -321,25 +321,27 @@ def headlines(rise: Any, force: Any | None = None) -> list[Hero]:
     """
     brake = [predicted_hero("force", HELD, force, "force")] if force else []
     return [
-        _hero("rise_time", "Rise time (10 to 90 %)", rise.rise_time, "s"),
+        _make_headline("rise_time", "Rise time (10 to 90 %)", rise.rise_time, "s"),
         *brake,
-        _hero("reachable", "Maximum vacuum", rise.reachable, "Pa"),
-        _hero("fall_time", f"Fall time, through {rise.fall_by or 'a vent'}", rise.fall_time, "s"),
-        _hero("time_constant", "Time constant", rise.time_constant, "s"),
-        _hero("gas_work", "Work on the gas", rise.gas_work, "J"),
+        _make_headline("reachable", "Maximum vacuum", rise.reachable, "Pa"),
+        _make_headline(
+            "fall_time", f"Fall time, through {rise.fall_by or 'a vent'}", rise.fall_time, "s"
+        ),
+        _make_headline("time_constant", "Time constant", rise.time_constant, "s"),
+        _make_headline("gas_work", "Work on the gas", rise.gas_work, "J"),
     ]
 
 
 def loop_headlines(result: Any) -> list[Hero]:
     """Return the headline numbers of a regulated run; the detection time if a fault is set."""
     if result.fault is not None:
-        detected = _hero("detected", "Detected after", result.said_after, "s")
+        detected = _make_headline("detected", "Detected after", result.said_after, "s")
     else:
-        detected = _hero("rise_time", "Rise time (10 to 90 %)", result.rise_time, "s")
+        detected = _make_headline("rise_time", "Rise time (10 to 90 %)", result.rise_time, "s")
     return [
         detected,
-        _hero("overshoot", "Overshoot", result.overshoot, result.units["overshoot"]),
-        _hero("ripple", "Ripple", result.ripple, result.units["ripple"]),
+        _make_headline("overshoot", "Overshoot", result.overshoot, result.units["overshoot"]),
+        _make_headline("ripple", "Ripple", result.ripple, result.units["ripple"]),
     ]
 
 

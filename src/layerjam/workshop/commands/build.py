@@ -226,8 +226,8 @@ def _judge_drawing(
     except CannotBuildError as error:
         return _make_refused_build(error, file, parallel * series)
     verdict = None
-    if stops := refusals(drawing.checks):
-        for check in stops:
+    if reasons := refusals(drawing.checks):
+        for check in reasons:
             if to_key(check.code) in map(to_key, accept or ()):
                 raise QuantityError.of(
                     "accept", f"{check.code}: the brake cannot be drawn, {check.text}"
@@ -236,12 +236,12 @@ def _judge_drawing(
         verdict = judge((check.to_judged_check() for check in drawing.checks), accept, file=LIST)
         drawing = drawing.with_acceptances((*file.accepted, *verdict.decisions))
         failed_names = {check.name for check in verdict.failed}
-        stops = [c for c in drawing.checks if c.level == "failed" and c.code in failed_names]
+        reasons = [c for c in drawing.checks if c.level == "failed" and c.code in failed_names]
     return Built.create(
         _drawing_quantities(drawing),
         verdict,
-        feasible=not stops,
-        reason=refusal_reason(stops),
+        feasible=not reasons,
+        reason=refusal_reason(reasons),
         files=[],
         warnings=[*file.warnings(), *drawing.notices()],
         record=drawing,

@@ -76,7 +76,7 @@ def catalogue() -> Catalogue:
 
     of_parts = {
         f"{family}s": [
-            _row(part.name, part.title, (s.text for s in part.sources.values()))
+            _make_row(part.name, part.title, (s.text for s in part.sources.values()))
             for part in parts(family).values()
         ]
         for family in FAMILIES
@@ -90,16 +90,16 @@ def catalogue() -> Catalogue:
     )
 
 
-def _row(name: str, title: str, sources: Iterable[str]) -> Row:
+def _make_row(name: str, title: str, sources: Iterable[str]) -> Row:
     """Return one row with its most frequent sources, without their sections and figures."""
-    short = Counter(re.split("[,;:]", text)[0] for text in sources if text)
-    names = [text for text, _ in short.most_common(MOST_SOURCES)]
+    counts = Counter(re.split("[,;:]", text)[0] for text in sources if text)
+    names = [text for text, _ in counts.most_common(MOST_SOURCES)]
     return {"name": name, "title": title, "source": "; ".join(names)}
 
 
 def _file_row(file: Any) -> Row:
     sources = (s.text for s in file.sources.values() if s.kind not in ("assumed", "unstated"))
-    return _row(file.name, file.title or file.name, sources)
+    return _make_row(file.name, file.title or file.name, sources)
 
 
 def _film_rows() -> Iterator[Row]:
@@ -110,7 +110,7 @@ def _film_rows() -> Iterator[Row]:
         table = parse_toml(text, name)
         entries = [v for v in table.values() if isinstance(v, dict)]
         sources = (str(v.get("source", "")) for v in entries if v.get("kind") != "assumed")
-        yield _row(name, str(table["name"]), sources)
+        yield _make_row(name, str(table["name"]), sources)
 
 
 def _design_row(name: str, text: str) -> Row:

@@ -85,7 +85,7 @@ class Comparison(Result):
             )
             yield f"    {row['source']}"
             if row["basis"]:
-                yield f"    basis: {row['basis']}"
+                yield f"    basis: {': '.join(filter(None, (row['basis'], row['basis_reason'])))}"
             if row["note"]:
                 yield f"    {row['note']}"
         sheet = {name: self._format_value(name) for name in self.sheet}

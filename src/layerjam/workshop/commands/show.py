@@ -97,19 +97,19 @@ def show(
     from layerjam.workshop.fabricate.drawn_mass import drawn_mass
 
     device = use_single_modulus(brake.brake)
-    full = device.site.atmosphere
-    peak = pull.peak(full, device.sheets.usable_travel, device)
+    full_vacuum = device.site.atmosphere
+    peak = pull.peak(full_vacuum, device.sheets.usable_travel, device)
     weight, strength = mass(device), device.film.strength
 
     def find_forces(record: Any) -> dict[str, Any]:
-        greatest = pull.peak(full, record.sheets.usable_travel, record).force
+        max_force = pull.peak(full_vacuum, record.sheets.usable_travel, record).force
         return {
-            "max_force": greatest,
-            "holding_force": friction.holding_force(full, record),
+            "max_force": max_force,
+            "holding_force": friction.holding_force(full_vacuum, record),
             "energy_capacity": energy.energy_capacity(record),
-            "force_density": greatest / weight,
-            "sheet_stress": limits.sheet_stress(greatest, record),
-            "clamp_stress": limits.clamp_stress(greatest, record),
+            "force_density": max_force / weight,
+            "sheet_stress": limits.sheet_stress(max_force, record),
+            "clamp_stress": limits.clamp_stress(max_force, record),
             "peak_vacuum": pull.peak_vacuum(record),
         }
 
@@ -132,7 +132,7 @@ def show(
                 "clamp-stress",
             )
         )
-    prediction = Prediction(brake, full, device=device)
+    prediction = Prediction(brake, full_vacuum, device=device)
     notices += prediction.notices()
     return BrakeSummary(
         name=brake.name,

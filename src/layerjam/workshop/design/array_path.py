@@ -52,10 +52,10 @@ class Backbone:
 def make_backbone(brake: Brake, vacuum: float, travel: float, stop: bool, name: str) -> Backbone:
     """Return a brake's backbone at a vacuum [Pa] over a travel [m]; QuantityError if it snaps."""
     k = float(working_stiffness(brake))
-    soft = float(least_stiffness(vacuum, brake))
-    if k <= soft:
+    min_stiffness = float(least_stiffness(vacuum, brake))
+    if k <= min_stiffness:
         raise QuantityError(
-            f"{name}: stiffness {show(k, 'N/m')} does not exceed {show(soft, 'N/m')}, "
+            f"{name}: stiffness {show(k, 'N/m')} does not exceed {show(min_stiffness, 'N/m')}, "
             "the rate at which the brake's force falls as it slides; the brake would snap by itself"
         )
     top = peak(vacuum, travel, brake)
@@ -112,13 +112,13 @@ class _Stage:
         """
         u = np.concatenate([[self.front], self.u[self.u > self.front]])
         f = np.interp(u, self.u, self.f)
-        falls = np.flatnonzero(np.diff(f) < 0)
-        if not len(falls):
+        falling_steps = np.flatnonzero(np.diff(f) < 0)
+        if not len(falling_steps):
             end = float(u[-1])
             return (float(f[-1]), end, end) if self.separates else (np.inf, end, np.inf)
-        top = int(falls[0])
-        rises = np.flatnonzero(np.diff(f[top:]) > 0)
-        valley = top + int(rises[0]) if len(rises) else len(u) - 1
+        top = int(falling_steps[0])
+        rising_steps = np.flatnonzero(np.diff(f[top:]) > 0)
+        valley = top + int(rising_steps[0]) if len(rising_steps) else len(u) - 1
         return float(f[top]), float(u[top]), float(u[valley])
 
     def member_slips(self, front: np.ndarray) -> np.ndarray:
@@ -154,10 +154,12 @@ def follow_chain(stages: Sequence[Sequence[Backbone]]) -> Path:
     while True:
         turns = [stage.find_next_peak() for stage in chain]
         peaks = np.array([t[0] for t in turns])
-        least = float(peaks.min())
+        lowest_peak = float(peaks.min())
         # if peaks are equal, the first brake listed slips
-        weak = int(np.argmax(peaks <= least * (1 + _SAME))) if np.isfinite(least) else -1
-        target = least if weak >= 0 else _last_force(chain)
+        weak = (
+            int(np.argmax(peaks <= lowest_peak * (1 + _SAME))) if np.isfinite(lowest_peak) else -1
+        )
+        target = lowest_peak if weak >= 0 else _last_force(chain)
         if target > force:
             blocks.append(_follow_rise(chain, turns, force, target))
         if weak < 0:

@@ -232,9 +232,11 @@ def _make_backbones(members: Sequence[Member]) -> list[Backbone]:
     """Return the backbone of each member; identical members are computed once."""
     backbones: dict[Member, Backbone] = {}
     for index, m in enumerate(members, 1):
-        plain = evolve(m, slack=0.0, name="")
-        if plain not in backbones:
-            backbones[plain] = make_backbone(m.brake, m.vacuum, m.travel, m.stop, f"member {index}")
+        unnamed_member = evolve(m, slack=0.0, name="")
+        if unnamed_member not in backbones:
+            backbones[unnamed_member] = make_backbone(
+                m.brake, m.vacuum, m.travel, m.stop, f"member {index}"
+            )
     return [backbones[evolve(m, slack=0.0, name="")].add_slack(m.slack) for m in members]
 
 

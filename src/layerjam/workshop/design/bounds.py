@@ -75,15 +75,15 @@ def merit_direction(merit: str, variable: str, tied: bool) -> int | None:
 
 
 def _stress_direction(merit: str, variable: str, tied: bool) -> int | None:
-    turn = -1 if merit == "stress_margin" else 1
+    sign = -1 if merit == "stress_margin" else 1
     if variable == "count":
         return None  # with an odd number of sheets, one side has one more
     if variable == "width":
-        return 0 if merit == "sheet_stress" else -turn
+        return 0 if merit == "sheet_stress" else -sign
     if variable == "parallel":
         return 0
     force = merit_direction("max_force", variable, tied)
-    return None if force is None else force * turn
+    return None if force is None else force * sign
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Proof:
 
 
 class BestValue(NamedTuple):
-    """Best value of a quantity under other constraints, or None."""
+    """Best value of a quantity under other constraints; `value` is None if there is none."""
 
     value: float | None
     exact: bool
@@ -129,14 +129,14 @@ class Boxes:
 
     def best_corners(self, low: Numbers, high: Numbers, c: Constraint) -> tuple[Numbers, Any]:
         """Return the best corner of each box for a constraint, and whether it is a bound."""
-        best, sure = low.copy(), np.ones(len(low), bool)
+        best, is_exact = low.copy(), np.ones(len(low), bool)
         for axis, sign in enumerate(self.directions(c.name), 1):
-            wide = high[:, axis] > low[:, axis]
+            is_open = high[:, axis] > low[:, axis]
             if sign is None:
-                sure &= ~wide
+                is_exact &= ~is_open
             elif sign == (-1 if c.most else 1):
                 best[:, axis] = high[:, axis]
-        return best, sure
+        return best, is_exact
 
     def prove_feasibility(self, constraints: Sequence[Constraint]) -> Proof:
         """Return a proof that a design, or none, meets all constraints with bounds at corners."""
@@ -156,12 +156,12 @@ class Boxes:
                 return Proof(UNKNOWN)
             is_open = np.ones(len(low), bool)
             for c in rules:
-                best, sure = self.best_corners(low, high, c)
+                best, is_exact = self.best_corners(low, high, c)
                 numbers = self.grid.number(best.T)
                 rows = self.search.kernel.all_merits(numbers, stop=False)
                 is_built = np.isfinite(rows[self.search.row["mass"]])
                 meets = {o: o.is_met(self.search.quantity(o.name, rows, numbers)) for o in rules}
-                is_open &= ~(sure & is_built & ~meets[c])
+                is_open &= ~(is_exact & is_built & ~meets[c])
                 good = np.all([is_built, *meets.values()], axis=0)
                 if good.any():  # merits that are computed later may still exclude this design
                     number = int(numbers[np.argmax(good)])
@@ -199,9 +199,9 @@ class Boxes:
 
     def best_corner_value(self, c: Constraint) -> float | None:
         """Return the best value of a constraint's quantity from corners, or None if unbounded."""
-        best, sure = self.best_corners(*self.initial_boxes(), c)
+        best, is_exact = self.best_corners(*self.initial_boxes(), c)
         values = self.constraint_values(self.grid.number(best.T), c)
-        if not sure.all() or not np.isfinite(values).all():
+        if not is_exact.all() or not np.isfinite(values).all():
             return None
         return float(values.min() if c.most else values.max())
 
@@ -282,18 +282,20 @@ def _make_exclusion(boxes: Boxes, c: Constraint, others: list[Constraint]) -> Ex
     best = boxes.best_value(c, others)
     words = f" together with {' and '.join(map(str, others))}" if others else ""
     reason = f"{c} cannot be met{words}{describe_shortfall(c, best.value, best.exact)}"
-    short = math.inf if best.value is None else c.shortfall(best.value)
-    return Exclusion(str(c), reason, best.value, c.unit, tuple(map(str, others)), short)
+    shortfall = math.inf if best.value is None else c.shortfall(best.value)
+    return Exclusion(str(c), reason, best.value, c.unit, tuple(map(str, others)), shortfall)
 
 
 def describe_shortfall(c: Constraint, best: float | None, exact: bool = True) -> str:
     """Return the shortfall from a constraint, as the end of a sentence."""
     if best is None or not math.isfinite(best):
         return ""
-    least = f"{'lowest' if c.most else 'highest'} {'reachable value' if exact else 'value found'}"
-    short = c.shortfall(best)
-    words = f"{short:.2g} times the limit" if short > 2 else f"{short:.2%}"
-    return f": the {least} is {show(best, c.unit)}, {words} {'over' if c.most else 'short'}"
+    bound_text = (
+        f"{'lowest' if c.most else 'highest'} {'reachable value' if exact else 'value found'}"
+    )
+    shortfall = c.shortfall(best)
+    words = f"{shortfall:.2g} times the limit" if shortfall > 2 else f"{shortfall:.2%}"
+    return f": the {bound_text} is {show(best, c.unit)}, {words} {'over' if c.most else 'short'}"
 
 
 def _physical_exclusion(search: Search) -> Exclusion | None:
@@ -301,15 +303,15 @@ def _physical_exclusion(search: Search) -> Exclusion | None:
     stop = search.spec.evaluation.stop
     if stop is None or stop.travel is None:
         return None
-    soft = Boxes(search)
-    least = soft.best_corner_value(Constraint("stiffness", True, 1.0))
-    if least is None or not least > 0:
+    boxes = Boxes(search)
+    min_stiffness = boxes.best_corner_value(Constraint("stiffness", True, 1.0))
+    if min_stiffness is None or not min_stiffness > 0:
         return None
-    strongest = soft.best_corner_value(Constraint("max_force", False, 1.0))
+    strongest = boxes.best_corner_value(Constraint("max_force", False, 1.0))
     force = min(f for f in (stop.force, strongest, math.inf) if f is not None)
     if math.isinf(force):
         return None
-    distance = stop.travel + force / least
+    distance = stop.travel + force / min_stiffness
     fall = gravity_along_pull(stop, search.spec.evaluation.base)
     least_force = float(least_peak(stop.mass, stop.speed, distance, fall))
     slip = Constraint("stop_slip", True, stop.travel)
@@ -328,10 +330,10 @@ def _physical_exclusion(search: Search) -> Exclusion | None:
         )
         return Exclusion(str(slip), reason, strongest, "N")
     energy = stop.mass * stop.speed**2 / 2
-    c = Constraint("energy_capacity", False, energy - force**2 / (2 * least))
-    if c.limit <= 0 or soft.prove_feasibility([c]).outcome != IMPOSSIBLE:
+    c = Constraint("energy_capacity", False, energy - force**2 / (2 * min_stiffness))
+    if c.limit <= 0 or boxes.prove_feasibility([c]).outcome != IMPOSSIBLE:
         return None
-    best = soft.best_corner_value(c)
+    best = boxes.best_corner_value(c)
     reason = (
         f"the mass carries {show(energy, 'J')}{describe_shortfall(c, best)} "
         "(largest energy_capacity of these brakes)"

@@ -31,6 +31,7 @@ OF_SOME = {
     "calibrated": None,
     "intervals": None,
     "basis": None,
+    "basis_reason": "",
 }
 """Fields that are known only for the brakes computed here, or only for rotary devices."""
 
@@ -44,10 +45,10 @@ def compare_devices(
     several such brakes in parallel.
     """
     others = published_devices()
-    first, full = brakes[0], vacuums[0]
+    first, full_vacuum = brakes[0], vacuums[0]
     rows = [_brake_rows(file, p) for file, p in zip(brakes, vacuums, strict=True)]
-    rows += [_brake_rows(first, p) for p in LOWER if p < full]
-    rows += [_brake_rows(first, full, brakes=n) for n in STACKED]
+    rows += [_brake_rows(first, p) for p in LOWER if p < full_vacuum]
+    rows += [_brake_rows(first, full_vacuum, brakes=n) for n in STACKED]
     rows += [
         _device_row(
             d.name, d.kind, d.mass, d.force, d.source(), d.note, torque=d.torque, lever=d.lever
@@ -89,6 +90,7 @@ def _brake_rows(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str,
         calibrated=file.is_calibrated,
         intervals={"max_force": prediction.interval(forces)},
         basis=prediction.basis.word,
+        basis_reason=prediction.basis.reason,
     )
 
 

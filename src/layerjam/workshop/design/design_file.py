@@ -94,7 +94,7 @@ def compose_design_file(
 
 def design_brake(spec: DesignSpecification, point: Point) -> Brake:
     """Return one brake of a design as a record of plain numbers."""
-    brake = _plain_record(make_brake(point, spec.brake.brake))
+    brake = _flatten_record(make_brake(point, spec.brake.brake))
     sheets = evolve(brake.sheets, count=int(brake.sheets.count))
     return evolve(brake, sheets=sheets, rope=spec.brake.brake.rope)
 
@@ -105,12 +105,12 @@ def plain_name(text: str) -> str:
     return name[:60] or "design"
 
 
-def _plain_record(record: Any) -> Any:
+def _flatten_record(record: Any) -> Any:
     values = {}
     for f in fields(record):
         value = getattr(record, f.name)
         if is_dataclass(value):
-            values[f.name] = _plain_record(value)
+            values[f.name] = _flatten_record(value)
         elif value is None or value != value:  # NaN means an unknown strength
             values[f.name] = None
         else:

@@ -206,10 +206,13 @@ def _overlap_range(brake: BrakeFile, length: float) -> Axis:
 
 
 def _vacuum_range(brake: BrakeFile, available: Number | None) -> Axis:
-    full = brake.brake.site.atmosphere
+    full_vacuum = brake.brake.site.atmosphere
     if available is not None:
-        full = HOLD["vacuum"].si(available, "vacuum") / VACUUMS[-1]
-    steps = (math.floor(full * part / 500 + 1e-9) * 500.0 or full * part for part in VACUUMS)
+        full_vacuum = HOLD["vacuum"].si(available, "vacuum") / VACUUMS[-1]
+    steps = (
+        math.floor(full_vacuum * part / 500 + 1e-9) * 500.0 or full_vacuum * part
+        for part in VACUUMS
+    )
     return tuple(dict.fromkeys(steps))
 
 

@@ -37,13 +37,15 @@ def _remove_clearly_dominated(rows: Numbers, columns: Array) -> tuple[Numbers, A
     good_rows, good_columns = [rows[:0]], [columns[:, :0]]
     while len(rows) > LEAF:
         sums = columns.sum(axis=0)
-        least = np.flatnonzero(sums == sums.min())  # rounding may make a dominated row one of them
-        best = least[np.lexsort(columns[::-1, least])[0]]
+        lowest_rows = np.flatnonzero(
+            sums == sums.min()
+        )  # rounding may make a dominated row one of them
+        best = lowest_rows[np.lexsort(columns[::-1, lowest_rows])[0]]
         good_rows.append(rows[[best]])
         good_columns.append(columns[:, [best]])
-        stays: Mask = np.any(columns < columns[:, best, None], axis=0)
-        rows, columns = rows[stays], columns[:, stays]
-        if len(rows) > (1 - WORTHWHILE) * stays.size:
+        is_kept: Mask = np.any(columns < columns[:, best, None], axis=0)
+        rows, columns = rows[is_kept], columns[:, is_kept]
+        if len(rows) > (1 - WORTHWHILE) * is_kept.size:
             break
     front = np.concatenate([*good_rows, rows])
     place = np.argsort(front)
@@ -61,10 +63,13 @@ def _front_in_order(columns: Array) -> Numbers:
     if count <= LEAF:
         beaten = (columns[:, :, None] <= columns[:, None, :]).all(axis=0)
         return np.flatnonzero(~np.triu(beaten, 1).any(axis=0))
-    half = count // 2
-    first, second = _front_in_order(columns[:, :half]), half + _front_in_order(columns[:, half:])
-    stays = ~_are_beaten(columns[:, second], columns[:, first])
-    return np.concatenate([first, second[stays]])
+    half_count = count // 2
+    first, second = (
+        _front_in_order(columns[:, :half_count]),
+        half_count + _front_in_order(columns[:, half_count:]),
+    )
+    is_kept = ~_are_beaten(columns[:, second], columns[:, first])
+    return np.concatenate([first, second[is_kept]])
 
 
 def _are_beaten(columns: Array, others: Array) -> Mask:
@@ -80,12 +85,12 @@ def _are_beaten(columns: Array, others: Array) -> Mask:
         pairs: Any = others[:, :, None] <= columns[:, None, :]
         return np.asarray(pairs.all(axis=0).any(axis=0))
     middle = np.partition(others[0], others.shape[1] // 2)[others.shape[1] // 2]
-    below = columns[0] < middle
+    is_below = columns[0] < middle
     beaten = np.zeros(count, bool)
-    beaten[below] = _are_beaten(columns[:, below], others[:, others[0] < middle])
-    beaten[~below] = _are_beaten(columns[1:, ~below], others[1:, others[0] <= middle])
-    left = ~(below | beaten)
-    beaten[left] = _are_beaten(columns[:, left], others[:, others[0] > middle])
+    beaten[is_below] = _are_beaten(columns[:, is_below], others[:, others[0] < middle])
+    beaten[~is_below] = _are_beaten(columns[1:, ~is_below], others[1:, others[0] <= middle])
+    is_open = ~(is_below | beaten)
+    beaten[is_open] = _are_beaten(columns[:, is_open], others[:, others[0] > middle])
     return beaten
 
 

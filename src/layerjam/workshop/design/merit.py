@@ -291,10 +291,10 @@ def merits(
     }
     if puller is not None:
         kinetic = friction.sheet_friction(0.0, vacuum, brake)
-        least = stickslip.stiffness_without_stick_slip(
+        min_stiffness = stickslip.stiffness_without_stick_slip(
             puller.speed, holding * rows, kinetic * rows, puller.mass, puller.damping_ratio
         )
-        out["judder_margin"] = brake_stiffness * rows / row / least
+        out["judder_margin"] = brake_stiffness * rows / row / min_stiffness
     return {name: keep_if(valid, value) for name, value in out.items()}
 
 

@@ -89,9 +89,11 @@ def read_published_devices(text: str, path: object) -> PublishedDevices:
     if _SHEET not in devices:
         raise FileError(path, f"[{_SHEET}] is missing")
     sheet = devices.pop(_SHEET)
-    both = {r.kind for r in devices.values()} & set(searches)
-    if both:
-        raise FileError(path, f"{', '.join(sorted(both))}: listed here and again under [{_NONE}]")
+    found_kinds = {r.kind for r in devices.values()} & set(searches)
+    if found_kinds:
+        raise FileError(
+            path, f"{', '.join(sorted(found_kinds))}: listed here and again under [{_NONE}]"
+        )
     return PublishedDevices(
         devices=tuple(devices.values()), sheet=sheet, looked_for=MappingProxyType(searches)
     )
@@ -106,9 +108,9 @@ def _read_device(key: str, table: Any, text: str, path: object) -> PublishedDevi
         if name not in reader.words:
             raise FileError(path, f"[{key}] has no {name}")
     values, sources, words = reader.values, reader.sources, reader.words
-    bare = [name for name, source in sources.items() if not source.text]
-    if bare:
-        raise FileError(path, f"[{key}] names no source for {', '.join(bare)}")
+    bare_names = [name for name, source in sources.items() if not source.text]
+    if bare_names:
+        raise FileError(path, f"[{key}] names no source for {', '.join(bare_names)}")
     turns = {"torque", "lever"} & set(values)
     if "mass" not in values or ("force" in values) == (len(turns) == 2) or len(turns) == 1:
         raise FileError(path, f"[{key}] needs a mass, and either a force or a torque with a lever")

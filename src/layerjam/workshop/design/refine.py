@@ -74,9 +74,9 @@ class Smooth:
     """
 
     def __init__(
-        self, spec: DesignSpecification, point: Point, among: Collection[str] | None = None
+        self, spec: DesignSpecification, point: Point, variables: Collection[str] | None = None
     ) -> None:
-        """Store the inputs; `among` are the variables whose slopes are needed, all if None."""
+        """Store the inputs; `variables` are the variables whose slopes are needed, all if None."""
         self.spec = spec
         self.point = map_leaves(float, point)
         travel = () if point.usable_travel is None else ("usable_travel",)
@@ -89,7 +89,7 @@ class Smooth:
         merits = {n for n in evaluation.all_names if n not in LINE_MERITS}
         self.order = tuple(sorted(merits))
         self.brakes = float(point.series) * float(point.parallel)
-        self.among = [i for i, n in enumerate(self.names) if among is None or n in among]
+        self.among = [i for i, n in enumerate(self.names) if variables is None or n in variables]
         self.last: tuple[bytes, dict[str, Array]] = (b"", {})
 
     def log_merits(self, x: Array) -> dict[str, float]:
@@ -257,8 +257,8 @@ class LocalSearch:
     def constraint_margins(self, y: Array) -> Array:
         """Return the ln of the margin to each limit, which is negative if the limit is exceeded."""
         logs = self.smooth.log_merits(self.all_values(y))
-        left = (self.limits - [logs[n] for n in self.live]) * self.signs
-        return np.nan_to_num(left, nan=-BAD, posinf=BAD, neginf=-BAD)
+        margins = (self.limits - [logs[n] for n in self.live]) * self.signs
+        return np.nan_to_num(margins, nan=-BAD, posinf=BAD, neginf=-BAD)
 
     def slopes(self, y: Array, names: list[str]) -> Array:
         """Return the gradients of the ln of some quantities, shape (quantities, variables)."""

@@ -113,9 +113,9 @@ def assess(spec: DesignSpecification, point: Point, design: Mapping[str, Any]) -
     all_hold, chances = np.ones(count, bool), dict[str, Chance]()
     for c in spec.constraints:
         value = samples[c.name] if c.name in samples else np.full(count, design[c.name], float)
-        holds = np.asarray(c.is_met(value))
-        all_hold &= holds
-        chances[str(c)] = Chance(*_estimate_chance(holds), *_value_range(value))
+        is_met = np.asarray(c.is_met(value))
+        all_hold &= is_met
+        chances[str(c)] = Chance(*_estimate_chance(is_met), *_value_range(value))
     if chances:
         chances["all"] = Chance(*_estimate_chance(all_hold), math.nan, math.nan)
     return Assessment(design, prediction, samples, chances)
@@ -149,7 +149,7 @@ class Samples:
         file = compose_design_file(spec, start._replace(stock=stock), film, film)
         others = {name: values for name, values in grid.axes.items() if name != "vacuum"}
         if any((v != getattr(start, n)).any() for n, v in others.items()) or len(grid.names) > 1:
-            # pulls of a brake do not hold for designs with other dimensions
+            # pulls of a brake are not valid for designs with other dimensions
             film_tests = tuple(e for e in file.evidence if e.command != "calibrate")
             file = evolve(file, evidence=film_tests)
         return _predict_scatter(spec, file, None, FEW).deviations
@@ -160,26 +160,28 @@ class Samples:
         Stops and drawings are computed for designs that may reach the confidence or be the surest;
         the probability of the others is an upper bound.
         """
-        holds = np.ones((len(numbers), FEW), bool)
+        is_met = np.ones((len(numbers), FEW), bool)
         for part in _split(np.arange(len(numbers)), PIECE // FEW):
-            self._keep_met(holds, numbers, part, slice(FEW), self.kernel.names, self._merits)
-        bounds, best = holds.mean(axis=1), 0.0
+            self._keep_met(
+                is_met, numbers, part, slice(FEW), self.kernel.names, self._compute_merits
+            )
+        bounds, best = is_met.mean(axis=1), 0.0
         # the amounts of a drawing do not depend on friction
-        stages = (("buildable",), self.kernel.drawn_merits), (STOP_MERITS, self._stops)
+        stages = (("buildable",), self.kernel.drawn_merits), (STOP_MERITS, self._compute_stops)
         for part in _split(np.argsort(-bounds, kind="stable"), SMALL_PIECE // ROUND):
             for first in range(0, FEW, ROUND):
                 for names, evaluate in stages:
-                    live = part[holds[part].mean(axis=1) >= min(best, self.spec.confidence)]
+                    live = part[is_met[part].mean(axis=1) >= min(best, self.spec.confidence)]
                     samples = slice(first, first + ROUND)
-                    self._keep_met(holds, numbers, live, samples, names, evaluate)
-            best = max(best, float(holds[part].mean(axis=1).max()))
-        return np.asarray(holds.mean(axis=1))
+                    self._keep_met(is_met, numbers, live, samples, names, evaluate)
+            best = max(best, float(is_met[part].mean(axis=1).max()))
+        return np.asarray(is_met.mean(axis=1))
 
-    def _merits(self, numbers: Numbers, deviations: Deviations) -> dict[str, Array]:
+    def _compute_merits(self, numbers: Numbers, deviations: Deviations) -> dict[str, Array]:
         rows = self.kernel.merits(numbers, deviations)
         return dict(zip(self.kernel.names, rows, strict=False))
 
-    def _stops(self, numbers: Numbers, deviations: Deviations) -> dict[str, Array]:
+    def _compute_stops(self, numbers: Numbers, deviations: Deviations) -> dict[str, Array]:
         return dict(zip(STOP_MERITS, self.kernel.stops(numbers, deviations), strict=True))
 
     def _keep_met(

@@ -39,7 +39,7 @@ class SweepResult:
     and highest values of each merit (infinite if no design has it). `numbers`, ascending, are the
     highlighted designs; `asked` contains the quantities in constraints and objectives and, last,
     the probability that the design meets all constraints, shape (quantities, n). The probability
-    is NaN if the average brake does not meet them, or if no confidence is asked.
+    is NaN if the average brake does not meet them, or if no confidence is required.
     """
 
     examined: int
@@ -204,15 +204,17 @@ class Search:
         fits, chance = failures == 0, quantities[-1]
         best: set[int] = set()
         if self.spec.confidence:
-            # few samples cannot tell a probability exactly: keep surer designs as well
+            # few samples determine a probability only roughly: keep surer designs too
             for steps in range(SURER):
                 likely = fits & (chance >= self.spec.confidence + steps / FEW - 1e-9)
                 best |= {*self._best_of_families(run.numbers, scores, likely)}
         obstacle, reach = {}, {}
         for i, c in enumerate(constraints):
-            others = failures == is_broken[i]
-            obstacle[i] = _masked_argmin(scores, others & is_broken[i])
-            reach[i] = _masked_argmin(quantities[i] if c.most else -quantities[i], others)
+            has_same_failures = failures == is_broken[i]
+            obstacle[i] = _masked_argmin(scores, has_same_failures & is_broken[i])
+            reach[i] = _masked_argmin(
+                quantities[i] if c.most else -quantities[i], has_same_failures
+            )
         places = np.flatnonzero(fits)
         maps = (_remove_missing_places(obstacle), _remove_missing_places(reach))
         average = _masked_argmin(scores, fits)
@@ -227,10 +229,10 @@ class Search:
         )
 
     def _best_of_families(
-        self, numbers: Numbers, scores: Array, among: npt.NDArray[np.bool_]
+        self, numbers: Numbers, scores: Array, candidates: npt.NDArray[np.bool_]
     ) -> list[int]:
         """Return the best design in each of the best families."""
-        family, remaining, best = self.families(numbers), among.copy(), list[int]()
+        family, remaining, best = self.families(numbers), candidates.copy(), list[int]()
         while len(best) < FAMILIES and (place := _masked_argmin(scores, remaining)) is not None:
             best.append(place)
             remaining &= family != family[place]
@@ -238,9 +240,13 @@ class Search:
 
     def _keep_highlights(self, run: SweepResult) -> SweepResult:
         highlights = self.find_highlights(run)
-        single = [*highlights.best, *highlights.obstacle.values(), *highlights.reach.values()]
-        single += [k for k in (highlights.average, highlights.surest) if k is not None]
-        places = np.unique(np.concatenate([highlights.front, np.array(single, np.int64)]))
+        single_designs = [
+            *highlights.best,
+            *highlights.obstacle.values(),
+            *highlights.reach.values(),
+        ]
+        single_designs += [k for k in (highlights.average, highlights.surest) if k is not None]
+        places = np.unique(np.concatenate([highlights.front, np.array(single_designs, np.int64)]))
         return evolve(run, numbers=run.numbers[places], asked=run.asked[:, places])
 
     def families(self, numbers: Numbers) -> Numbers:
@@ -320,8 +326,8 @@ class Search:
     may_stop, meets, family = can_stop, check_constraints, families  # former names
 
 
-def _masked_argmin(values: Array, among: npt.NDArray[np.bool_]) -> int | None:
-    places = np.flatnonzero(among & np.isfinite(values))
+def _masked_argmin(values: Array, mask: npt.NDArray[np.bool_]) -> int | None:
+    places = np.flatnonzero(mask & np.isfinite(values))
     return int(places[np.argmin(values[places])]) if len(places) else None
 
 

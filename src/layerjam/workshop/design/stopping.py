@@ -56,13 +56,13 @@ def run_stops(
     fall = gravity_along_pull(need, base)
     speed, slip, peak = need.speed + zero, zero, zero
     is_moving, is_stopped = zero == 0, zero > 0
-    for turn in range(max_series):
+    for index in range(max_series):
         result = stop(share + zero, speed, point.vacuum + zero, spring, fall + zero, brake)
         slip = slip + xp.where(is_moving, result.slip, 0.0)
         peak = xp.maximum(peak, xp.where(is_moving, result.peak_force, 0.0))
         at_end = result.outcome == BOTTOMED_OUT
         is_stopped = is_stopped | (is_moving & ~at_end & (result.outcome != SNAPS))
-        is_moving = is_moving & at_end & (turn + 1 < point.series)
+        is_moving = is_moving & at_end & (index + 1 < point.series)
         speed = xp.where(is_moving, result.end_speed, 0.0)
     return {
         "stop_slip": keep_if(valid & is_stopped, slip),

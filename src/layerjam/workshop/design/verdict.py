@@ -155,9 +155,9 @@ def binding_constraints(design: Mapping[str, Any], spec: DesignSpecification) ->
     """Return the constraints met with a margin below 2 %, and the variables at the grid's edges."""
     out = []
     for c in spec.constraints:
-        room = abs(design[c.name] - c.limit) / abs(c.limit) if c.limit else math.inf
-        if room < 0.02:
-            out.append(f"{c} ({room:.1%} margin)")
+        margin = abs(design[c.name] - c.limit) / abs(c.limit) if c.limit else math.inf
+        if margin < 0.02:
+            out.append(f"{c} ({margin:.1%} margin)")
     return [*out, *_edge_values(design, spec)]
 
 
@@ -207,9 +207,11 @@ def explain_failure(search: Search, result: SweepResult, picks: Highlights) -> E
     worst = int(np.argmax(result.failed))
     c = constraints[worst]
     if c.name in STOP_MERITS and result.failed[worst] == result.built:
-        others = any(o.name not in STOP_MERITS for o in constraints)
-        extra = "meets the other constraints and " if others else ""
-        reason = f"none of {result.built} designs {extra}stops the mass within its usable travel"
+        has_other_limits = any(o.name not in STOP_MERITS for o in constraints)
+        limits_text = "meets the other constraints and " if has_other_limits else ""
+        reason = (
+            f"none of {result.built} designs {limits_text}stops the mass within its usable travel"
+        )
         return Exclusion(str(c), f"{c}: {reason}")
     reason = (
         f"no design meets all but one of the constraints; {c} alone excludes "
@@ -243,7 +245,7 @@ def confidence_check(
     basis = assessment.prediction.basis.word
     start = "with handbook values, " if basis == "handbook" else ""
     words = f"{start}{format_share(assessment.probability)} of such brakes meet all constraints"
-    otherwise = f"; {format_share(spec.confidence)} are asked"
+    otherwise = f"; {format_share(spec.confidence)} are required"
     advice = ["calibrate a first brake"] if basis == "handbook" else []
     highest = assessment.probability
     if surest is not None and surest.probability > highest:

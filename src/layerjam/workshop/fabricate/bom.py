@@ -143,11 +143,11 @@ def mould_bolt(plan: Drawing) -> str:
     thread = mould_thread(plan)
     if thread is None:
         return f"for a hole of {mm(plan.build.mould_bolt):g} mm"
-    least = 2 * plan.lengths.mould.half + thread.nut_height
-    length = find_screw_length(least, thread)
+    min_length = 2 * plan.lengths.mould.half + thread.nut_height
+    length = find_screw_length(min_length, thread)
     size = f"{thread.name} × {length:g}"
     if np.isnan(length):
-        size = f"{thread.name}, at least {least:.0f} mm long"
+        size = f"{thread.name}, at least {min_length:.0f} mm long"
     return f"{size}, ISO 4762"
 
 

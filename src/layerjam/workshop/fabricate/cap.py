@@ -30,12 +30,12 @@ def make_cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
         *_make_neck(lengths, build, back_depth),
         *_make_head(lengths, build, end),
     ]
-    axis_height, half = lengths.air_axis, lengths.head / 2
+    axis_height, half_width = lengths.air_axis, lengths.head / 2
     bore = mm(build.air_bore)
     free = mm(build.back) + neck + lengths.port_length / 2
     prisms += [
         cut("x", -port, -side.tray, Ellipse.circle((0, axis_height), bore)),
-        cut("y", 0, half, Ellipse.circle((axis_height, -port), lengths.port)),
+        cut("y", 0, half_width, Ellipse.circle((axis_height, -port), lengths.port)),
     ]
     return make_solid(name, prisms, shared_volume(bore / 2, lengths.port / 2, free))
 
@@ -92,8 +92,8 @@ def shared_volume(bore: float, port: float, length: float) -> float:
     total = 0.0
     for k in range(1, count + 1):
         angle = k * math.pi / (count + 1)
-        wide = math.sqrt(port**2 - (bore * math.cos(angle)) ** 2)
-        total += math.sin(angle) ** 2 * min(wide, length)
+        half_chord = math.sqrt(port**2 - (bore * math.cos(angle)) ** 2)
+        total += math.sin(angle) ** 2 * min(half_chord, length)
     return bore**2 * math.pi / (count + 1) * total
 
 
@@ -101,8 +101,8 @@ def make_plate(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
     """Return one side's clamp plate, with a channel from front to back for each screw head."""
     fit, thread = mm(build.fit), lengths.thread
     low, high = lengths.stack / 2, lengths.stack / 2 + lengths.plate_height
-    half, depth = lengths.slot / 2 - fit, -(side.tray - fit)
-    prisms = [add("x", depth, 0, Box((-half, low), (half, high)))]
+    half_width, depth = lengths.slot / 2 - fit, -(side.tray - fit)
+    prisms = [add("x", depth, 0, Box((-half_width, low), (half_width, high)))]
     head, floor = thread.head + fit, low + lengths.floor
     for y in screw_positions(lengths, side):
         prisms.append(cut("x", depth, 0, Box((y - head / 2, floor), (y + head / 2, high))))

@@ -113,29 +113,29 @@ def part_checks(
     """Yield checks C2 (printer) and C4 to C13 for a force [N], or for arrays in a search."""
     yield from printing_checks(build, parts)
     yield from clamping_checks(build, lengths)
-    yield from sleeve_checks(brake, build, casting, lengths)
+    yield from check_enclosure(brake, build, casting, lengths)
     yield from strength_checks(force, brake, build, lengths, friction_source)
     yield wall_check(build, lengths)
     yield seal_check(brake, build, lengths)
     yield from silicone_checks(build, casting, lengths)
 
 
-def _length_check(code: str, key: str, value: Any, need: Any, text: str, remedy: str) -> Check:
+def _length_check(code: str, key: str, value: Any, limit: Any, text: str, remedy: str) -> Check:
     """Return the check that a length [mm] is sufficient; a brake that fails it cannot be drawn."""
     return Check(
         code=code,
         key=key,
-        words=partial(_describe_length, value, need, text, remedy),
+        words=partial(_describe_length, value, limit, text, remedy),
         value=value * 1e-3,
-        limit=need * 1e-3,
+        limit=limit * 1e-3,
         at_most=False,
         unit="m",
         otherwise="refused",
     )
 
 
-def _describe_length(value: float, need: float, text: str, remedy: str, ok: bool | None) -> str:
-    return text.format(value=_to_mm(value), need=_to_mm(need)) + (remedy if ok is False else "")
+def _describe_length(value: float, limit: float, text: str, remedy: str, ok: bool | None) -> str:
+    return text.format(value=_to_mm(value), need=_to_mm(limit)) + (remedy if ok is False else "")
 
 
 def clamping_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
@@ -180,16 +180,16 @@ def screw_notices(lengths: Lengths) -> Iterator[Notice]:
             "screw-length",
         )
     if lengths.hole < thread.close - 1e-9:
-        hole, close = (show(value * 1e-3, "m") for value in (lengths.hole, thread.close))
+        hole, close_fit = (show(value * 1e-3, "m") for value in (lengths.hole, thread.close))
         yield Notice(
             f"{thread.name} through film holes of {hole}: cutting is accurate to about "
-            f"0.1 mm, so the screw may jam; mount.screw_hole = '{close}' (ISO 273, fine) "
+            f"0.1 mm, so the screw may jam; mount.screw_hole = '{close_fit}' (ISO 273, fine) "
             "leaves room",
             "tight-hole",
         )
 
 
-def sleeve_checks(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -> Iterator[Check]:
+def check_enclosure(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -> Iterator[Check]:
     """Yield C5 and C6: the enclosure's stretch, and free length for its descent to the stack."""
     edge = (8 - 2 * math.pi) * mm(build.edge)
     girths = {
@@ -233,8 +233,8 @@ def _describe_stretch(place: str, stretch: float, limit: float | None, ok: bool 
     )  # fmt: skip
 
 
-def _describe_descent(free: float, need: float, ok: bool | None) -> str:
-    length, descent = _to_mm(free), _to_mm(need)
+def _describe_descent(free: float, limit: float, ok: bool | None) -> str:
+    length, descent = _to_mm(free), _to_mm(limit)
     if ok:
         return f"the enclosure descends from the cap within {descent}; the free length is {length}"
     return (
@@ -257,9 +257,9 @@ def wall_thicknesses(build: Build, lengths: Lengths) -> dict[str, Any]:
     pocket = nut / math.sqrt(3)
     neck, slot, depth = mm(build.neck_length), mm(build.tie_slot), mm(build.tie_depth)
     # the rims of the neck are free if neither the tray nor the head is behind them
-    wide = np.minimum(lengths.tray_width, lengths.head) / 2
+    half_width = np.minimum(lengths.tray_width, lengths.head) / 2
     high = np.minimum(np.minimum(top, low), lengths.head_height / 2)
-    proud = (lengths.neck_a > wide) | (lengths.neck_b > high)
+    proud = (lengths.neck_a > half_width) | (lengths.neck_b > high)
     return {
         "floor under head and nut": lengths.floor,
         "tray's side": mm(build.cheek),
@@ -283,10 +283,10 @@ def wall_thicknesses(build: Build, lengths: Lengths) -> dict[str, Any]:
 def wall_check(build: Build, lengths: Lengths) -> Check:
     """Return check C10: the thinnest wall."""
     thicknesses = wall_thicknesses(build, lengths)
-    least = np.min(np.broadcast_arrays(*thicknesses.values()), axis=0)
-    place = "" if np.ndim(least) else min(thicknesses, key=lambda name: float(thicknesses[name]))
+    thinnest = np.min(np.broadcast_arrays(*thicknesses.values()), axis=0)
+    place = "" if np.ndim(thinnest) else min(thicknesses, key=lambda name: float(thicknesses[name]))
     return _length_check(
-        "C10", "least-wall", least, mm(build.wall),
+        "C10", "least-wall", thinnest, mm(build.wall),
         f"thinnest wall {{value}} ({place}); {{need}} is needed",
         f": use a smaller build.wall, or a larger {WALL_INPUTS.get(place, 'mount.clamped_length')}",
     )  # fmt: skip
@@ -328,14 +328,14 @@ def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
     )
 
 
-def _describe_seal(tension: float, pressure: float, need: float, ok: bool | None) -> str:
+def _describe_seal(tension: float, pressure: float, limit: float, ok: bool | None) -> str:
     text = (
         f"a tie tightened to {show(tension, 'N')} presses on the neck with {show(pressure, 'Pa')}; "
-        f"a seal needs at least {show(need, 'Pa')}"
+        f"a seal needs at least {show(limit, 'Pa')}"
     )
-    least = show(float(f"{tension * need / pressure * 1.01:.2g}"), "N")
+    min_force = show(float(f"{tension * limit / pressure * 1.01:.2g}"), "N")
     return text + (
-        "" if ok else f": tighten the tie to {least} (build.tie_tension), or use a narrower tie"
+        "" if ok else f": tighten the tie to {min_force} (build.tie_tension), or use a narrower tie"
     )
 
 

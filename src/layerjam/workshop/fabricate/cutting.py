@@ -55,11 +55,11 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
 def cutter_notes(file: BrakeFile, cutter: str) -> Sequence[str]:
     """Return the sentences, one line each, that are written to every file for a cutter."""
     word, source = file.making.film.laser, file.sources.get("film.laser", Source())
-    text, was = " ".join(source.text.split()), " ".join(source.was.split())
+    text, old_text = " ".join(source.text.split()), " ".join(source.was.split())
     if word == "never":
         return ["Never cut this film with a laser."]
-    if cutter == "laser" and was.startswith("never"):
-        return [f"WARNING: the catalogue says {was}", f"Overridden by: {text}"]
+    if cutter == "laser" and old_text.startswith("never"):
+        return [f"WARNING: the catalogue says {old_text}", f"Overridden by: {text}"]
     if cutter == "laser" and source.kind in OWN_KINDS:
         return [f"The owner states that a laser may cut this film: {text}"]
     return []

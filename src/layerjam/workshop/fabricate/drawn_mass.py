@@ -69,8 +69,10 @@ class Draws:
     def _compute_bill(self, brake: Brake, sizes: Lengths, force: Any) -> Bill:
         solids, film = make_parts(sizes, self.build), film_parts(self.build, sizes)
         volumes = {
-            stays: sum(p.solid.volume * p.count for p in solids if p.printed and p.stays is stays)
-            for stays in (True, False)
+            is_in_brake: sum(
+                p.solid.volume * p.count for p in solids if p.printed and p.stays is is_in_brake
+            )
+            for is_in_brake in (True, False)
         }
         shapes = [*self._drawing_margins(brake, sizes)]
         margins = [

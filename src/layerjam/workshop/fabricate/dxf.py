@@ -93,7 +93,9 @@ def _draw_info(space: "Modelspace", frame: Frame, notes: Sequence[str]) -> None:
     space.add_line((0, low), (BAR, low), dxfattribs=layer)
     for x in (0, BAR):
         space.add_line((x, low - 2), (x, low + 2), dxfattribs=layer)
-    below = [(words, low - 2 * _LETTERS * i) for i, words in enumerate((frame.words, *notes), 1)]
-    for words, y in ((f"{BAR:g} mm", low + 2), *below):
+    text_positions = [
+        (words, low - 2 * _LETTERS * i) for i, words in enumerate((frame.words, *notes), 1)
+    ]
+    for words, y in ((f"{BAR:g} mm", low + 2), *text_positions):
         text = space.add_text(words, height=_LETTERS, dxfattribs=layer)
         text.set_placement((2, y))

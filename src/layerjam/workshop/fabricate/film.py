@@ -93,8 +93,8 @@ def lay_out_film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 
     stock = _stock_size(build)
     bed = _orient_bed(cut, build.laser_bed) if build.laser_bed else None
     margin, gap = mm(build.margin), mm(build.gap)
-    room = stock or bed
-    excess = find_excess(cut, room, margin) if room else None
+    bed_size = stock or bed
+    excess = find_excess(cut, bed_size, margin) if bed_size else None
     pieces: list[Piece] = []
     if excess is None and stock:
         pieces = nest_parts(cut, stock=stock, margin=margin, gap=gap)
@@ -233,8 +233,8 @@ def _bed_check(
 
 
 def _size_check(code: str, key: str, part: str, axis: str, excess: float, option: str) -> Check:
-    room = {"stock": "stock", "laser-bed": "laser bed"}[key]
-    text = f"{part} exceeds the {room} by {show(excess * 1e-3, 'm')} along its {axis}; "
+    bed = {"stock": "stock", "laser-bed": "laser bed"}[key]
+    text = f"{part} exceeds the {bed} by {show(excess * 1e-3, 'm')} along its {axis}; "
     text += f"a different {option} or a smaller brake is needed"
     return Check(
         code=code, key=key, words=partial(constant_text, text), value=excess * 1e-3, limit=0.0,
@@ -245,8 +245,8 @@ def _size_check(code: str, key: str, part: str, axis: str, excess: float, option
 def hole_checks(parts: Sequence[CutPart], lengths: Lengths) -> Iterator[Check]:
     """Yield C3: limits of a cutting service."""
     rim = np.min([part.outline.least_gap() for part in parts], axis=0)
-    least = np.maximum(LEAST_HOLE, HOLE_BY_THICKNESS * lengths.thickness)
-    pairs = (("hole-size", lengths.hole, least), ("holes", rim, LEAST_RIM))
+    min_diameter = np.maximum(LEAST_HOLE, HOLE_BY_THICKNESS * lengths.thickness)
+    pairs = (("hole-size", lengths.hole, min_diameter), ("holes", rim, LEAST_RIM))
     for key, value, limit in pairs:
         yield Check(
             code="C3",
@@ -261,21 +261,21 @@ def hole_checks(parts: Sequence[CutPart], lengths: Lengths) -> Iterator[Check]:
 
 
 def _describe_hole(key: str, value: float, limit: float, ok: bool | None) -> str:
-    size, least = show(max(value, 0.0) * 1e-3, "m"), show(limit * 1e-3, "m")
+    size, min_size = show(max(value, 0.0) * 1e-3, "m"), show(limit * 1e-3, "m")
     if key == "hole-size":
         text, remedy = f"screw holes of {size}", "a larger mount.screw_hole or thinner film"
     else:
         text = f"{size} of film around the screw holes"
         remedy = "a smaller mount.screw_hole, fewer screws or a longer clamp"
-    return f"{text}; cutting needs at least {least}" + ("" if ok else f": {remedy} is needed")
+    return f"{text}; cutting needs at least {min_size}" + ("" if ok else f": {remedy} is needed")
 
 
 def auxiliary_files(
     build: Build, lengths: Lengths, parallel: int, series: int, coupons: bool
 ) -> dict[str, bytes]:
     """Return {path: bytes} of auxiliary parts (jig, yoke, link, coupons), all at nominal size."""
-    flat = auxiliary_plates(build, lengths, parallel, series)
-    content = {f"cut/{name}.dxf": write_dxf([part]) for name, part in flat.items()}
+    plates = auxiliary_plates(build, lengths, parallel, series)
+    content = {f"cut/{name}.dxf": write_dxf([part]) for name, part in plates.items()}
     if coupons:
         content["cut/coupon.dxf"] = write_dxf(jigs.make_coupon(lengths.hole, mm(build.gap)))
     return content

@@ -52,11 +52,11 @@ def _validate_folder(path: Path, overwrite: bool) -> Path:
             raise FileError(path, "already exists; --overwrite replaces it")
         strange = sorted(_list_files(path) - _read_file_list(path))
         if strange:
-            others = f" and {len(strange) - 1} more" if len(strange) > 1 else ""
+            more_text = f" and {len(strange) - 1} more" if len(strange) > 1 else ""
             raise FileError(
                 path,
                 (
-                    f"contains {strange[0]}{others}, which `build` did not write; move it or "
+                    f"contains {strange[0]}{more_text}, which `build` did not write; move it or "
                     "choose a different folder"
                 ),
             )

@@ -14,14 +14,14 @@ _SLED = 25.0
 """Side length of the sled's face in the paper's friction test [mm]."""
 
 
-def rim_width(bore: float) -> float:
+def edge_distance(bore: float) -> float:
     """Return the distance from a hole's centre to the board's edge [mm]."""
     return max(RIM, bore / 2 + 5)
 
 
 def make_jig(pin_to_pin: float, bore: float) -> Outline:
     """Return a board with a hole for each pin, at the distance between the pins at rest."""
-    edge = rim_width(bore) + 5
+    edge = edge_distance(bore) + 5
     return Outline(
         length=pin_to_pin + 2 * edge,
         width=2 * edge,
@@ -36,7 +36,7 @@ def make_yoke(brakes: int, pitch: float, bore: float) -> Outline:
 
     The eye is not in the row of the pins, because an odd number of brakes has a pin in the middle.
     """
-    edge = rim_width(bore)
+    edge = edge_distance(bore)
     row = [Circle(edge + i * pitch, -EYE / 2, bore) for i in range(brakes)]
     middle = edge + (brakes - 1) * pitch / 2
     return Outline(
@@ -50,7 +50,7 @@ def make_yoke(brakes: int, pitch: float, bore: float) -> Outline:
 
 def make_link(head: float, gap: float, bore: float) -> Outline:
     """Return a plate that joins two brakes in series; `head` is the length of a cap's head."""
-    edge = rim_width(bore)
+    edge = edge_distance(bore)
     return Outline(
         length=head + gap + 2 * edge,
         width=2 * edge,
@@ -75,8 +75,11 @@ def make_coupon(hole: float, gap: float) -> list[Outline]:
     square = Outline(length=20.0, width=20.0, holes=[Circle(10.0, 0.0, hole)])
     strip = Outline(length=170.0, width=40.0, start=2.0, end=2.0)
     patch = Outline(length=_SLED + 20, width=_SLED, start=1.0, end=1.0)
-    above = 20.0 + gap + 12.5
-    top = above + 12.5 + gap + patch.width / 2
+    upper_length = 20.0 + gap + 12.5
+    top = upper_length + 12.5 + gap + patch.width / 2
     row = [patch.translate(i * (patch.length + gap), top) for i in range(3)]
-    comb, square = comb.translate(0.0, above), square.translate(SLATS * SLAT + gap + 1, above)
+    comb, square = (
+        comb.translate(0.0, upper_length),
+        square.translate(SLATS * SLAT + gap + 1, upper_length),
+    )
     return [strip, comb, square, *row]

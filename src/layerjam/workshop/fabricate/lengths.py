@@ -257,33 +257,33 @@ def _clamping_lengths(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tup
             f"{show(LEAST_SCREW_HOLE, 'm')} is needed for M2",
         )
     stack = _to_count(brake.sheets.count) * mm(brake.sheets.thickness)
-    least = stack + 2 * mm(build.floor) + thread.nut_height
-    screw = find_screw_length(least, thread)
+    min_grip = stack + 2 * mm(build.floor) + thread.nut_height
+    screw = find_screw_length(min_grip, thread)
     if np.ndim(screw) == 0 and np.isnan(screw):
         raise CannotBuildError(
             "screw-length",
             f"a stack {show(stack * 1e-3, 'm')} high needs a screw of "
-            f"{show(least * 1e-3, 'm')}; the longest available is {LENGTHS[-1]} mm: use "
+            f"{show(min_grip * 1e-3, 'm')}; the longest available is {LENGTHS[-1]} mm: use "
             "fewer or thinner sheets",
-            least * 1e-3,
+            min_grip * 1e-3,
             LENGTHS[-1] * 1e-3,
         )
-    floor = mm(build.floor) + (screw - least) / 2
-    room = mm(build.head_room)
-    plate, shelf = thread.head_height + room + floor, thread.nut_height + room + floor
+    floor = mm(build.floor) + (screw - min_grip) / 2
+    head_room = mm(build.head_room)
+    plate, shelf = thread.head_height + head_room + floor, thread.nut_height + head_room + floor
     return thread, _to_count(screw), floor, (plate, shelf, plate + stack + shelf)
 
 
 def _side_lengths(brake: Brake, build: Build, name: str) -> Side:
-    sheets, left = brake.sheets, name == "left"
+    sheets, is_left = brake.sheets, name == "left"
     odd_share, even_share = (_to_count(sheets.count) + 1) // 2, _to_count(sheets.count) // 2
-    free = mm(sheets.free_left if left else sheets.free_right)
+    free = mm(sheets.free_left if is_left else sheets.free_right)
     clamped_length = _round_value(mm(sheets.length) - free - mm(sheets.overlap), 13)
     tray = clamped_length + mm(build.plenum)
     return Side(
         name=name,
-        sheets=odd_share if left else even_share,
-        spacers=even_share if left else odd_share,
+        sheets=odd_share if is_left else even_share,
+        spacers=even_share if is_left else odd_share,
         clamped=clamped_length,
         tray=tray,
         reach=tray + mm(build.back) + mm(build.neck_length),

@@ -76,9 +76,12 @@ def _sweep_prism(prism: Prism) -> Any:
         for place, axis in enumerate(PLANE[prism.axis]):
             corners[half, AXES.index(axis)] = outline[:, place]
     corner = np.arange(count)
-    turn = (corner + 1) % count
+    next_corner = (corner + 1) % count
     fan = np.stack([np.zeros(count - 2, dtype=int), corner[1:-1], corner[2:]], axis=1)
-    walls = [(corner, turn, turn + count), (corner, turn + count, corner + count)]
+    walls = [
+        (corner, next_corner, next_corner + count),
+        (corner, next_corner + count, corner + count),
+    ]
     sides = [np.stack(rows, axis=1) for rows in walls]
     triangles = np.concatenate([fan[:, ::-1], fan + count, *sides])
     return Manifold(Mesh64(corners, triangles.astype(np.uint64)))

@@ -44,17 +44,18 @@ def make_bottom(lengths: Lengths, build: Build) -> Solid:
         add("z", 0, KEY_HEIGHT, Ellipse.circle(place, mm(build.key)))
         for place in bolt_positions(lengths)[1]
     ]
-    body = list(_mould_half(lengths, build, below=True))
+    body = list(_mould_half(lengths, build, is_lower=True))
     return make_solid("mould-bottom", [*body, *pins])
 
 
 def make_top(lengths: Lengths, build: Build) -> Solid:
     """Return the upper half of the mould, with the holes for the keys, the sprue and the vents."""
     mould = lengths.mould
-    prisms = list(_mould_half(lengths, build, below=False))
-    wide = mm(build.key) + mm(build.key_clearance)
+    prisms = list(_mould_half(lengths, build, is_lower=False))
+    key_width = mm(build.key) + mm(build.key_clearance)
     prisms += [
-        cut("z", 0, KEY_DEPTH, Ellipse.circle(place, wide)) for place in bolt_positions(lengths)[1]
+        cut("z", 0, KEY_DEPTH, Ellipse.circle(place, key_width))
+        for place in bolt_positions(lengths)[1]
     ]
     roof = mould.outer_height / 2
     for place, diameter in vent_positions(lengths, build):
@@ -71,15 +72,15 @@ def vent_positions(lengths: Lengths, build: Build) -> list[tuple[tuple[float, fl
     return [((low, 0.0), sprue), ((high, -y), vent), ((high, y), vent)]
 
 
-def _mould_half(lengths: Lengths, build: Build, below: bool) -> Iterator[Prism]:
+def _mould_half(lengths: Lengths, build: Build, is_lower: bool) -> Iterator[Prism]:
     """Yield one mould half without keys and openings: block, cavity, core seats and bolt holes."""
     mould, gap = lengths.mould, mm(build.core_clearance)
     length, width = mould.length / 2, mould.width / 2
-    low, high = (-mould.half, 0.0) if below else (0.0, mould.half)
+    low, high = (-mould.half, 0.0) if is_lower else (0.0, mould.half)
     yield add("z", low, high, Box((-length, -width), (length, width)))
 
     def cut_cavity(depth: float, ends: tuple[float, float], half: float) -> Prism:
-        level = (-depth, 0.0) if below else (0.0, depth)
+        level = (-depth, 0.0) if is_lower else (0.0, depth)
         return cut("z", *level, Box((ends[0], -half), (ends[1], half)))
 
     end, reach = mould.casting / 2, mould.core / 2 + gap

@@ -41,8 +41,8 @@ def find_excess(
 ) -> tuple[str, str, float] | None:
     """Return (part, "length" or "width", excess [mm]) of the first part too large for the stock."""
     for part in parts:
-        for axis, room in zip(("length", "width"), stock, strict=True):
-            excess = getattr(part.outline, axis) + 2 * margin - room
+        for axis, limit in zip(("length", "width"), stock, strict=True):
+            excess = getattr(part.outline, axis) + 2 * margin - limit
             if excess > SLACK:
                 return part.name, axis, excess
     return None
@@ -81,14 +81,16 @@ def nest_tightly(
 
 
 def _row_lengths(
-    steps: Mapping[float, int], start: float, least: float, longest: float, enough: int = 150
+    steps: Mapping[float, int], start: float, shortest: float, longest: float, enough: int = 150
 ) -> list[float]:
-    """Return the shortest lengths of rows with some parts of each kind, `least` to `longest`."""
+    """Return the shortest lengths of rows with some parts of each kind, `shortest` to `longest`."""
     sums = {start}
     for step, count in steps.items():
         rows = int(min(count, (longest - start) // step))
         sums |= {length + i * step for length in sums for i in range(1, rows + 1)}
-    return sorted(length for length in sums if least - SLACK <= length <= longest + SLACK)[:enough]
+    return sorted(length for length in sums if shortest - SLACK <= length <= longest + SLACK)[
+        :enough
+    ]
 
 
 @dataclass

@@ -79,8 +79,8 @@ class Outline:
     def cut_length(self) -> float:
         """Return the total length of the cuts [mm]."""
         edge = 2 * (self.length + self.width) - (4 - math.pi) * (self.start + self.end)
-        inside = [hole.length for hole in self.holes] + [cut.length for cut in self.cuts]
-        return edge + sum(inside)
+        inner_lengths = [hole.length for hole in self.holes] + [cut.length for cut in self.cuts]
+        return edge + sum(inner_lengths)
 
     def add_kerf(self, kerf: float) -> "Outline":
         """Return the outline along which a cut of width `kerf` [mm] leaves exactly this part.
@@ -116,24 +116,24 @@ class Outline:
 
     def least_gap(self) -> Any:
         """Return the smallest gap [mm] from a hole to an edge or hole; negative if they overlap."""
-        least = [self._edge_distance(hole) for hole in self.holes]
+        distances = [self._edge_distance(hole) for hole in self.holes]
         for i, first in enumerate(self.holes):
             for second in self.holes[i + 1 :]:
                 distance = np.hypot(first.x - second.x, first.y - second.y)
-                least.append(distance - (first.diameter + second.diameter) / 2)
-        return np.min(np.broadcast_arrays(*least), axis=0) if least else math.inf
+                distances.append(distance - (first.diameter + second.diameter) / 2)
+        return np.min(np.broadcast_arrays(*distances), axis=0) if distances else math.inf
 
     def _edge_distance(self, hole: Circle) -> Any:
         left, low, right, high = self.box()
         sides = hole.x - left, right - hole.x, hole.y - low, high - hole.y
         near_y = np.minimum(sides[2], sides[3])
-        least = np.minimum(np.minimum(sides[0], sides[1]), near_y)
+        distance = np.minimum(np.minimum(sides[0], sides[1]), near_y)
         for near_x, radius in ((sides[0], self.start), (sides[1], self.end)):
             # a rounded corner may be nearer than either side
             corner = radius - np.hypot(radius - near_x, radius - near_y)
             is_inside = (near_x < radius) & (near_y < radius)
-            least = np.where(is_inside, np.minimum(least, corner), least)
-        return least - hole.diameter / 2
+            distance = np.where(is_inside, np.minimum(distance, corner), distance)
+        return distance - hole.diameter / 2
 
     def path(self) -> list[Vertex]:
         """Return the closed edge, anticlockwise from the first end's lower corner."""

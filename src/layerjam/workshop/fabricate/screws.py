@@ -73,7 +73,7 @@ def find_thread(hole: float) -> Thread | None:
     )
 
 
-def find_screw_length(least: Any, thread: Thread) -> Any:
-    """Return the shortest screw length on sale that is at least `least` [mm]; NaN above 60 mm."""
-    least = np.maximum(least, thread.shortest) * (1 - 1e-12)
-    return np.array([*LENGTHS, np.nan])[np.searchsorted(LENGTHS, least)]
+def find_screw_length(min_length: Any, thread: Thread) -> Any:
+    """Return the shortest screw length on sale from `min_length` [mm]; NaN above 60 mm."""
+    min_length = np.maximum(min_length, thread.shortest) * (1 - 1e-12)
+    return np.array([*LENGTHS, np.nan])[np.searchsorted(LENGTHS, min_length)]

@@ -31,8 +31,8 @@ class Box:
     @classmethod
     def from_centre(cls, centre: Point, width: float, height: float, radius: float = 0.0) -> "Box":
         """Return the rectangle with the given sides, centred on a point."""
-        (u, v), half, up = centre, width / 2, height / 2
-        return cls((u - half, v - up), (u + half, v + up), radius)
+        (u, v), half_width, up = centre, width / 2, height / 2
+        return cls((u - half_width, v - up), (u + half_width, v + up), radius)
 
     @property
     def area(self) -> float:
@@ -46,8 +46,8 @@ class Box:
         if not r:
             return [(a, b), (c, b), (c, d), (a, d)]
         steps = segment_count(r, math.pi / 2)
-        turn = [k * math.pi / 2 / steps for k in range(1, steps)]
-        bend = [(r * math.cos(angle), r * math.sin(angle)) for angle in turn]
+        angles = [k * math.pi / 2 / steps for k in range(1, steps)]
+        bend = [(r * math.cos(angle), r * math.sin(angle)) for angle in angles]
         corners = [
             ((c, d - r), [(c - r + u, d - r + v) for u, v in bend], (c - r, d)),
             ((a + r, d), [(a + r - v, d - r + u) for u, v in bend], (a, d - r)),

@@ -120,12 +120,12 @@ def _clamp_check(force: Any, brake: Brake, build: Build, lengths: Lengths, sourc
     """
     need = screw_preload(force, brake, lengths)
     available = SHARE * PROOF * lengths.thread.stress_area * 1e-6
-    turn = screw_torque(force, brake, build, lengths)
+    torque = screw_torque(force, brake, build, lengths)
 
     return Check(
         code="C8",
         key="clamp-preload",
-        words=partial(_describe_clamp, force, need, available, turn, brake, lengths, source),
+        words=partial(_describe_clamp, force, need, available, torque, brake, lengths, source),
         value=need,
         limit=available,
         unit="N",
@@ -135,7 +135,7 @@ def _clamp_check(force: Any, brake: Brake, build: Build, lengths: Lengths, sourc
 
 def _describe_clamp(
     force: float,
-    need: float,
+    limit: float,
     available: float,
     turn: float,
     brake: Brake,
@@ -145,7 +145,7 @@ def _describe_clamp(
 ) -> str:
     return (
         f"tighten each {lengths.thread.name} to {show(turn, 'N m', 2)}: a preload of "
-        f"at least {show(need, 'N', 3)} holds {show(force, 'N')} by friction (film on film, "
+        f"at least {show(limit, 'N', 3)} holds {show(force, 'N')} by friction (film on film, "
         f"{brake.film.kinetic:.3g}, in place of film on plastic; {source}); a screw of class "
         f"8.8 allows {show(available, 'N', 3)}"
         + ("" if ok else ": use more screws (mount.screws), or a larger mount.screw_hole")
@@ -224,7 +224,7 @@ def tray_factor(build: Build, lengths: Lengths) -> float:
     ]
     area = sum(w * (b - a) for w, a, b in pieces)
     middle = sum(w * (b * b - a * a) / 2 for w, a, b in pieces) / area
-    # products, because NumPy's powers of arrays are slow, and a sweep draws many brakes
+    # multiply, because NumPy's powers of arrays are slow, and a sweep draws many brakes
     inertia = sum(w * (b * b * b - a * a * a) / 3 for w, a, b in pieces) - area * middle * middle
     ends = (high - middle, low - middle)
     return 1 / area + np.maximum(*(-middle * end for end in ends)) / inertia

@@ -46,9 +46,9 @@ class Check:
             return np.where(self.passes, math.inf, 0.0)
         if self.value is None or self.limit is None:
             return np.asarray(math.inf)
-        load, room = (self.value, self.limit) if self.at_most else (self.limit, self.value)
+        load, limit = (self.value, self.limit) if self.at_most else (self.limit, self.value)
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(np.asarray(load) <= 0, math.inf, np.divide(room, load))
+            share = np.where(np.asarray(load) <= 0, math.inf, np.divide(limit, load))
         return np.where(self.applies, share * (1 + ROUNDING), self.fallback)
 
     @property

@@ -48,8 +48,8 @@ def _make_figure(
     """Return a figure without a frame, with the same scale on both axes; `width` is in inches."""
     from matplotlib.figure import Figure
 
-    wide, tall = high[0] - low[0], high[1] - low[1]
-    figure = Figure(figsize=(width, width * tall / wide))
+    wide, height = high[0] - low[0], high[1] - low[1]
+    figure = Figure(figsize=(width, width * height / wide))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     style.hide_axes(axes)
@@ -66,11 +66,11 @@ def draw_section(world: Scene) -> style.Figure:
     edge = free + 6
     top = lengths.stack / 2 + lengths.plate_height
     low = -lengths.stack / 2 - lengths.shelf_height
-    below = min(low, -lengths.head_height / 2, -lengths.neck_b) - lengths.wall
-    above = max(top, lengths.head_height / 2, lengths.neck_b) + lengths.wall
+    bottom_edge = min(low, -lengths.head_height / 2, -lengths.neck_b) - lengths.wall
+    top_edge = max(top, lengths.head_height / 2, lengths.neck_b) + lengths.wall
     unit = (edge - end) / 62
     figure, axes = _make_figure(
-        (end - 12 * unit, below - 12 * unit), (edge + 14 * unit, above + 7 * unit), 8.2
+        (end - 12 * unit, bottom_edge - 12 * unit), (edge + 14 * unit, top_edge + 7 * unit), 8.2
     )
     _draw_enclosure(axes, world, edge)
     _draw_printed_parts(axes, world)
@@ -85,7 +85,7 @@ def draw_section(world: Scene) -> style.Figure:
         ("clamp", -side.clamped, 0.0),
         ("free", 0.0, free),
     ]
-    _draw_dimension_chain(axes, chain, below - 2.5 * unit, unit)
+    _draw_dimension_chain(axes, chain, bottom_edge - 2.5 * unit, unit)
     stack = lengths.stack / 2
     _draw_heights(
         axes,
@@ -93,9 +93,9 @@ def draw_section(world: Scene) -> style.Figure:
         [("plate", stack, top), ("stack", -stack, stack), ("shelf", low, -stack)],
         unit,
     )
-    half = lengths.head_height / 2
-    _draw_heights(axes, end - 2 * unit, [("head", -half, half)], -unit)
-    _draw_names(axes, world, above, unit, edge)
+    half_height = lengths.head_height / 2
+    _draw_heights(axes, end - 2 * unit, [("head", -half_height, half_height)], -unit)
+    _draw_names(axes, world, top_edge, unit, edge)
     return figure
 
 
@@ -105,11 +105,11 @@ def _draw_printed_parts(axes: Axes, world: Scene) -> None:
     head = neck - lengths.port_length - lengths.head
     stack, thread = lengths.stack / 2, lengths.thread
     top, low = stack + lengths.plate_height, -stack - lengths.shelf_height
-    half, b = lengths.head_height / 2, lengths.neck_b
-    _draw_box(axes, (head, neck), (-half, half), PRINTED)
+    half_height, b = lengths.head_height / 2, lengths.neck_b
+    _draw_box(axes, (head, neck), (-half_height, half_height), PRINTED)
     pin = neck - lengths.port_length - lengths.head / 2
     bore = (mm(build.pin) + mm(build.pin_clearance)) / 2
-    _draw_box(axes, (pin - bore, pin + bore), (-half, half), "white")
+    _draw_box(axes, (pin - bore, pin + bore), (-half_height, half_height), "white")
     _draw_box(axes, (neck, rear), (-b, b), PRINTED)
     middle, slot, depth = (neck + rear) / 2, mm(build.tie_slot) / 2, mm(build.tie_depth)
     for sign in (-1, 1):
@@ -185,10 +185,12 @@ def _draw_dimension_chain(axes: Axes, parts: Sequence[Part], level: float, unit:
             axes.plot((x, x), (level + 1.6 * unit, level - 0.6 * unit), color=GREY, lw=0.5)
         _draw_dimension(axes, (start, level), (stop, level))
         text = f"{words} {stop - start:.4g}"
-        wide = len(text) * 1.02 * unit * _LETTER / 0.097
+        text_width = len(text) * 1.02 * unit * _LETTER / 0.097
         middle = (start + stop) / 2
-        row = next((i for i, edge in enumerate(edges) if middle - wide / 2 > edge), len(edges) - 1)
-        edges[row] = middle + wide / 2
+        row = next(
+            (i for i, edge in enumerate(edges) if middle - text_width / 2 > edge), len(edges) - 1
+        )
+        edges[row] = middle + text_width / 2
         z = level - (1.4 + 2.2 * row) * unit
         axes.text(middle, z, text, ha="center", va="top", fontsize=style.WORDS)
 
@@ -217,10 +219,10 @@ def _draw_names(axes: Axes, world: Scene, above: float, unit: float, edge: float
         ("spacers", -0.2 * side.clamped, stack - 1.5 * lengths.thickness),
         ("enclosure", 0.5 * edge, stack + lengths.inner_height / 2 - stack + lengths.wall / 2),
     ]
-    least = 6.2 * unit
+    min_gap = 6.2 * unit
     last = -1e9
     for words, x, z in sorted(labels, key=lambda each: each[1]):
-        last = max(x, last + least)
+        last = max(x, last + min_gap)
         axes.annotate(
             words,
             (x, z),
@@ -257,13 +259,13 @@ def draw_layer_order(world: Scene) -> style.Figure:
                 fontsize=style.WORDS,
             )
             continue
-        left = index % 2 == 0
-        _draw_box(axes, (14, 78) if left else (22, 86), z, LEFT if left else RIGHT)
-        _draw_box(axes, (80, 86) if left else (14, 20), z, SPACER)
-        words, ink = ("left sheet", INK) if left else ("right sheet", "white")
+        is_left = index % 2 == 0
+        _draw_box(axes, (14, 78) if is_left else (22, 86), z, LEFT if is_left else RIGHT)
+        _draw_box(axes, (80, 86) if is_left else (14, 20), z, SPACER)
+        words, ink = ("left sheet", INK) if is_left else ("right sheet", "white")
         options: dict[str, Any] = {"va": "center", "fontsize": style.WORDS - 1}
         axes.text(50, row + 0.5, words, ha="center", color=ink, **options)
-        for x, ha, is_sheet in ((12.5, "right", left), (87.5, "left", not left)):
+        for x, ha, is_sheet in ((12.5, "right", is_left), (87.5, "left", not is_left)):
             text = f"{index + 1}  sheet" if is_sheet else f"{index + 1}  spacer"
             axes.text(x, row + 0.5, text, ha=ha, **options)
     high = len(layers) + 0.3
@@ -278,10 +280,12 @@ def draw_boards(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
     """Draw the boards, which are cut in addition to the sheets, each with its length."""
     from matplotlib.patches import Circle, Polygon
 
-    long = max(part.length for _, part in boards)
-    unit = long / 60
-    tall = sum(part.width + 7 * unit for _, part in boards)
-    figure, axes = _make_figure((-12 * unit, -5 * unit), (long + 3 * unit, tall - 5 * unit), 8.2)
+    length = max(part.length for _, part in boards)
+    unit = length / 60
+    height = sum(part.width + 7 * unit for _, part in boards)
+    figure, axes = _make_figure(
+        (-12 * unit, -5 * unit), (length + 3 * unit, height - 5 * unit), 8.2
+    )
     low = 0.0
     for name, part in boards[::-1]:
         outline = part.translate(0.0, low + part.width / 2)

@@ -56,7 +56,7 @@ def typeset_assembly(
             *drawing.film.notes,
         ],
         "numbers": _list_numbers(drawing),
-        "parts": _parts(drawing, coupons, files),
+        "parts": _list_chapters(drawing, coupons, files),
     }
     return typeset_file("assembly", data, {f"{name}.svg": svg for name, svg in svgs.items()})
 
@@ -73,7 +73,9 @@ def _list_numbers(drawing: Drawing) -> list[tuple[str, str]]:
     ]
 
 
-def _parts(drawing: Drawing, coupons: bool, files: Collection[str] | None) -> list[dict[str, Any]]:
+def _list_chapters(
+    drawing: Drawing, coupons: bool, files: Collection[str] | None
+) -> list[dict[str, Any]]:
     chapters: list[tuple[str, bool, list[Block]]] = [
         (
             "1  Parts",
@@ -317,9 +319,9 @@ def make_documents(
         )
         drawn_ones.svgs["boards"] = format_svg(drawings.draw_boards(list(flat_parts.items())))
     content = drawn_ones.files()
-    flat = typeset_pattern(drawing.film.pieces, drawing.film.notes)
-    if flat is not None:
-        content[PATTERN] = flat
+    pattern_text = typeset_pattern(drawing.film.pieces, drawing.film.notes)
+    if pattern_text is not None:
+        content[PATTERN] = pattern_text
     files = None if others is None else {*others, *content}
     content["assembly.pdf"] = typeset_assembly(drawing, drawn_ones.svgs, coupons, files)
     return content

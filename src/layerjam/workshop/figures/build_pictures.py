@@ -57,28 +57,28 @@ def separate_parts(world: Scene) -> dict[str, list[Body]]:
     lengths = world.lengths
     out = 0.35 * lengths.free + 20
     lift = lengths.cap_height + 8
-    alike: dict[str, list[Body]] = {}
+    bodies_by_kind: dict[str, list[Body]] = {}
     fan = min(4.0, 36 / lengths.count)
     for index in range(lengths.count):
         height = (index - (lengths.count - 1) / 2) * fan
         sheet, spacer = parts.make_layer(world, index, height)
         sign, word = (-1, "left") if index % 2 == 0 else (1, "right")
-        alike.setdefault(f"{word} sheet", []).append(sheet.shift(sign * out * 0.35))
-        alike.setdefault("spacer", []).append(spacer.shift(-sign * out * 0.62))
+        bodies_by_kind.setdefault(f"{word} sheet", []).append(sheet.shift(sign * out * 0.35))
+        bodies_by_kind.setdefault("spacer", []).append(spacer.shift(-sign * out * 0.62))
     for side in lengths.sides:
         for name, body in _separate_side(world, side, -1 if side.name == "left" else 1, out, lift):
-            alike.setdefault(name, []).append(body)
+            bodies_by_kind.setdefault(name, []).append(body)
     below = -(lengths.count * fan / 2 + lengths.cap_height + 12)
-    alike["enclosure"] = [parts.make_sleeve(world).shift(z=below)]
-    return alike
+    bodies_by_kind["enclosure"] = [parts.make_sleeve(world).shift(z=below)]
+    return bodies_by_kind
 
 
 def _draw_exploded(world: Scene) -> LabelledShot:
-    alike = separate_parts(world)
-    shot = render_bodies([body for bodies in alike.values() for body in bodies])
-    (tube,) = alike["enclosure"]
+    bodies_by_kind = separate_parts(world)
+    shot = render_bodies([body for bodies in bodies_by_kind.values() for body in bodies])
+    (tube,) = bodies_by_kind["enclosure"]
     points = [Label("enclosure", tube)]
-    for name, bodies in alike.items():
+    for name, bodies in bodies_by_kind.items():
         # of identical parts, label the first one that is clearly visible
         if "sheet" not in name and name != "enclosure":
             areas = [int(shot.visible_mask(body).sum()) for body in bodies]
@@ -86,7 +86,7 @@ def _draw_exploded(world: Scene) -> LabelledShot:
             points.append(Label(name, bodies[first]))
     # the other sheets hide the middle of a sheet, but its free end is visible
     for word, side in (("left", -1), ("right", 1)):
-        corners = alike[f"{word} sheet"][-1].corners
+        corners = bodies_by_kind[f"{word} sheet"][-1].corners
         x = corners[:, 0].min() + 12 if side < 0 else corners[:, 0].max() - 12
         top = float(corners[:, 2].max())
         points.append(Label(f"{word} sheets", (float(x), 0.0, top), True))
@@ -115,7 +115,7 @@ def _draw_stacking(world: Scene) -> LabelledShot:
     length = min(lengths.sheet_length, side.clamped + 2.2 * max(lengths.width, 12))
     begin = lengths.free + lengths.right.clamped - lengths.sheet_length
     length = max(length, min(lengths.sheet_length, side.clamped + begin + 12))
-    short = replace(world.sheets[0], length=length, end=0.0)
+    short_sheet = replace(world.sheets[0], length=length, end=0.0)
     bodies, targets = [parts.make_cap(world, side)], dict[str, Body | Point]()
     fan = min(1.6, 22 / lengths.count) + lengths.thickness
     layers = _select_layers(lengths.count)
@@ -123,7 +123,7 @@ def _draw_stacking(world: Scene) -> LabelledShot:
         low = -lengths.stack / 2 + place * fan
         high = low + lengths.thickness
         if index % 2 == 0:
-            bodies.append(parts.make_slab(short, low, high, parts.LEFT).shift(-side.clamped))
+            bodies.append(parts.make_slab(short_sheet, low, high, parts.LEFT).shift(-side.clamped))
             edge = length - side.clamped - 3
             targets["left sheet"] = (edge, -lengths.width / 2, (low + high) / 2)
         else:
@@ -190,14 +190,14 @@ def _draw_mould(world: Scene) -> LabelledShot:
 def _draw_assembled(world: Scene) -> LabelledShot:
     """Draw the brake without its enclosure, and below it the complete brake."""
     lengths = world.lengths
-    bare: list[Body] = []
+    parts_without_sleeve: list[Body] = []
     for side in lengths.sides:
-        bare += [parts.make_cap(world, side), parts.make_plate(world, side)]
-        bare += [*parts.make_screws(world, side), *parts.make_nuts(world, side)]
+        parts_without_sleeve += [parts.make_cap(world, side), parts.make_plate(world, side)]
+        parts_without_sleeve += [*parts.make_screws(world, side), *parts.make_nuts(world, side)]
     for index in range(lengths.count):
-        bare += parts.make_layer(world, index)
+        parts_without_sleeve += parts.make_layer(world, index)
     board = parts.make_jig(world)
-    bare += board
+    parts_without_sleeve += board
     lift = lengths.cap_height + 0.3 * lengths.free + 14
     outer = [
         body
@@ -221,7 +221,7 @@ def _draw_assembled(world: Scene) -> LabelledShot:
         Label("fitting", outer[-2]),
         Label("tube", tube),
     ]
-    upper = [body.shift(z=lift) for body in bare]
+    upper = [body.shift(z=lift) for body in parts_without_sleeve]
     return render_bodies([*upper, parts.make_mounted_sleeve(world), *outer, tube]), points
 
 
@@ -267,11 +267,15 @@ def _spread_labels(
 ) -> list[tuple[tuple[str, float, float], float]]:
     """Return the position of each label of a row: above its part, or next to another label."""
     labels = sorted(group, key=lambda p: p[1])
-    half = [inch * _LETTER * (len(words) + 2) / 2 for words, _, _ in labels]
-    spots = [max(x, h) for (_, x, _), h in zip(labels, half, strict=True)]
+    half_widths = [inch * _LETTER * (len(words) + 2) / 2 for words, _, _ in labels]
+    spots = [max(x, h) for (_, x, _), h in zip(labels, half_widths, strict=True)]
     for i in range(1, len(spots)):
-        spots[i] = max(spots[i], spots[i - 1] + half[i - 1] + half[i])
+        spots[i] = max(spots[i], spots[i - 1] + half_widths[i - 1] + half_widths[i])
     for i in range(len(spots) - 1, -1, -1):
-        limit = columns - half[i] if i == len(spots) - 1 else spots[i + 1] - half[i + 1] - half[i]
+        limit = (
+            columns - half_widths[i]
+            if i == len(spots) - 1
+            else spots[i + 1] - half_widths[i + 1] - half_widths[i]
+        )
         spots[i] = min(spots[i], limit)
     return list(zip(labels, spots, strict=True))

@@ -134,12 +134,14 @@ def make_nuts(world: Scene, side: Side) -> list[Body]:
 
 def make_layer(world: Scene, index: int, shift: float = 0.0) -> tuple[Body, Body]:
     """Return the sheet and spacer of a layer, counted from 0 at the bottom, moved up by `shift`."""
-    lengths, left = world.lengths, index % 2 == 0
+    lengths, is_left = world.lengths, index % 2 == 0
     low = -lengths.stack / 2 + index * lengths.thickness + shift
     high = low + lengths.thickness
-    side, twin = (lengths.left, lengths.right)[:: 1 if left else -1]
-    number = 0 if left else 1
-    sheet = make_slab(world.sheets[number], low, high, LEFT if left else RIGHT).shift(-side.clamped)
+    side, twin = (lengths.left, lengths.right)[:: 1 if is_left else -1]
+    number = 0 if is_left else 1
+    sheet = make_slab(world.sheets[number], low, high, LEFT if is_left else RIGHT).shift(
+        -side.clamped
+    )
     spacer = make_slab(world.spacers[1 - number], low, high, SPACER).shift(-twin.clamped)
     return _place(world, side, sheet), _place(world, twin, spacer)
 
@@ -148,8 +150,8 @@ def make_dowel(world: Scene, side: Side) -> Body:
     """Return the dowel pin of one cap; it is longer than the head is high."""
     lengths, size = world.lengths, mm(world.build.pin)
     end = side.reach + lengths.port_length + lengths.head / 2
-    half = lengths.head_height / 2 + 6
-    pin = make_solid("pin", [add("z", -half, half, Ellipse.circle((-end, 0), size))])
+    half_length = lengths.head_height / 2 + 6
+    pin = make_solid("pin", [add("z", -half_length, half_length, Ellipse.circle((-end, 0), size))])
     return _place(world, side, make_body(pin, STEEL))
 
 
@@ -157,10 +159,10 @@ def make_jig(world: Scene) -> list[Body]:
     """Return the board below both caps, with its dowels."""
     lengths, build = world.lengths, world.build
     board = jigs.make_jig(lengths.pin_to_pin, caps.pin_hole_diameter(build))
-    left = lengths.left.reach + lengths.port_length + lengths.head / 2
+    left_length = lengths.left.reach + lengths.port_length + lengths.head / 2
     ground = -max(lengths.stack / 2 + lengths.shelf_height, lengths.neck_b) - 0.2
-    bodies = [make_slab(board, ground - 6, ground, BOARD).shift(-left - board.holes[0].x)]
-    for x in (-left, lengths.pin_to_pin - left):
+    bodies = [make_slab(board, ground - 6, ground, BOARD).shift(-left_length - board.holes[0].x)]
+    for x in (-left_length, lengths.pin_to_pin - left_length):
         pin = Ellipse.circle((x, 0), mm(build.pin))
         shank = add("z", ground - 6, lengths.head_height / 2 + 4, pin)
         bodies.append(make_body(make_solid("pin", [shank]), STEEL))
@@ -229,7 +231,7 @@ def make_mounted_sleeve(world: Scene) -> Body:
     high = lengths.stack / 2 + lengths.plate_height
     wall, thin = lengths.wall, 0.7 * lengths.wall
     tray = _box_rings(lengths.tray_width / 2, low, high, thin)
-    flat = _box_rings(
+    flat_rings = _box_rings(
         lengths.inner_width / 2, -lengths.inner_height / 2, lengths.inner_height / 2, wall
     )
     oval = _oval_rings(lengths.neck_a, lengths.neck_b, thin)
@@ -239,7 +241,7 @@ def make_mounted_sleeve(world: Scene) -> Body:
         tail = side.tray + rear
         steps = [(-tail - 2 * (1 - t), _blend_rings(oval, tray, t)) for t in np.linspace(0, 1, 9)]
         ends.append([(-tail - neck, oval), *steps, (0.0, tray)])
-    stations = [*ends[0], (slope, flat), (lengths.free - slope, flat)]
+    stations = [*ends[0], (slope, flat_rings), (lengths.free - slope, flat_rings)]
     stations += [(lengths.free - x, ring) for x, ring in ends[1][::-1]]
     return _make_loft(stations)
 
@@ -285,13 +287,13 @@ def _make_loft(stations: Sequence[tuple[float, Rings]]) -> Body:
         for x, rings in stations
     ]
     this = np.arange(AROUND)
-    after = (this + 1) % AROUND
+    next_index = (this + 1) % AROUND
     triangles = []
 
     def add_strip(ring: int, next_ring: int) -> None:
         a, b = AROUND * ring, AROUND * next_ring
-        triangles.append(np.column_stack([a + this, b + after, a + after]))
-        triangles.append(np.column_stack([a + this, b + this, b + after]))
+        triangles.append(np.column_stack([a + this, b + next_index, a + next_index]))
+        triangles.append(np.column_stack([a + this, b + this, b + next_index]))
 
     for i in range(count - 1):
         add_strip(i + 1, i)

@@ -40,8 +40,8 @@ def draw_density(
     _draw_other_devices(axes, [r for r in rows if not r["computed"]])
     if missing:
         words = f"not drawn because no published device was found: {', '.join(missing)}"
-        below = "\n".join(textwrap.wrap(words, 125))
-        figure.supxlabel(below, fontsize=8, color=GREY, x=0.01, ha="left")
+        note = "\n".join(textwrap.wrap(words, 125))
+        figure.supxlabel(note, fontsize=8, color=GREY, x=0.01, ha="left")
     forces = [
         show(sheet[k], unit, 3) for k, unit in (("force_per_sheet", "N"), ("paper_force", "N"))
     ]
@@ -78,20 +78,20 @@ def _draw_equal_density(axes: style.Axes) -> None:
         style.add_label(axes, end / 1.08, end * per_gram / 1.08, name, GREY, **align)
 
 
-def _draw_our_brakes(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "SheetLine") -> None:
+def _draw_our_brakes(axes: style.Axes, rows: Sequence[dict[str, Any]], line: "SheetLine") -> None:
     masses = np.array(line.masses) * G
     axes.plot(masses, line.forces, color=BLUE, lw=1.4, ls=style.DASHED, zorder=3)
     axes.plot(masses[1:], line.forces[1:], ".", color=BLUE, ms=5, zorder=3)
     for count, m, f in list(zip(line.sheets, masses, line.forces, strict=True))[1:]:
         style.add_label(axes, m / 1.1, f * 1.05, f"{count} sheets", BLUE, ha="right", fontsize=8)
-    for row in ours:
+    for row in rows:
         m, f, is_array = row["mass"] * G, row["max_force"], row["brakes"] > 1
         shape, size = ("*", 10) if is_array else ("o", 6)
         axes.plot(m, f, shape, color=BLUE, mfc="white" if row["note"] else BLUE, ms=size, zorder=4)
         if is_array:
             words = f"array of {row['brakes']} brakes"
             style.add_label(axes, m * 1.13, f / 1.06, words, BLUE, fontsize=8)
-    _draw_names(axes, [r for r in ours if r["brakes"] == 1])
+    _draw_names(axes, [r for r in rows if r["brakes"] == 1])
 
 
 def _draw_names(axes: style.Axes, single: Sequence[dict[str, Any]]) -> None:
@@ -105,17 +105,17 @@ def _draw_names(axes: style.Axes, single: Sequence[dict[str, Any]]) -> None:
         style.add_callout(axes, words, point, (column, height), BLUE, fontsize=8, zorder=3)
 
 
-def _draw_other_devices(axes: style.Axes, theirs: Sequence[dict[str, Any]]) -> None:
-    for index, kind in enumerate(dict.fromkeys(r["kind"] for r in theirs)):
+def _draw_other_devices(axes: style.Axes, rows: Sequence[dict[str, Any]]) -> None:
+    for index, kind in enumerate(dict.fromkeys(r["kind"] for r in rows)):
         color, marker = _LOOKS[index % len(_LOOKS)]
-        mine = sorted((r for r in theirs if r["kind"] == kind), key=lambda r: r["mass"])
-        for row in mine:
+        kind_rows = sorted((r for r in rows if r["kind"] == kind), key=lambda r: r["mass"])
+        for row in kind_rows:
             axes.plot(row["mass"] * G, row["max_force"], marker, color=color, ms=7, zorder=4)
-        middle = mine[len(mine) // 2]
+        middle = kind_rows[len(kind_rows) // 2]
         point = (middle["mass"] * G, middle["max_force"])
         light = point[0] < np.sqrt(np.prod(axes.get_xlim()))
         rim = "\n(torque at its own rim)" if middle["lever"] else ""
-        text = f"{kind}{rim}" if len(mine) > 1 else f"{kind}:\n{mine[0]['name']}"
+        text = f"{kind}{rim}" if len(kind_rows) > 1 else f"{kind}:\n{kind_rows[0]['name']}"
         shift: dict[str, Any] = {
             "xytext": (-40 if light else 10, -12),
             "textcoords": "offset points",

@@ -48,21 +48,21 @@ def average_pixels(
     normals: Floats,
     owner: Indices,
     shades: Floats,
-    fine: float,
+    fine_scale: float,
     pixels: NDArray[np.uint8],
 ) -> None:
     """Write into `pixels` the shades and edges of the samples, averaged over each pixel.
 
-    `fine` is the number of samples per mm.
+    `fine_scale` is the number of samples per mm.
     """
     library = _load_library()
     if library is None:
-        pixels[:] = _average_in_numpy(depth, face, normals, owner, shades, fine)
+        pixels[:] = _average_in_numpy(depth, face, normals, owner, shades, fine_scale)
         return
     samples = depth.ctypes.data, face.ctypes.data
     faces = [np.ascontiguousarray(array) for array in (normals, owner, shades)]
     library.lj_average_pixels(
-        *samples, *depth.shape, FINER, *(array.ctypes.data for array in faces), fine,
+        *samples, *depth.shape, FINER, *(array.ctypes.data for array in faces), fine_scale,
         _Edges(CREASE, STEP, INK), pixels.ctypes.data,
     )  # fmt: skip
 
@@ -119,7 +119,7 @@ def _fill_in_numpy(
 
 
 def _find_edges(
-    depth: Singles, face: Indices, normals: Floats, owner: Indices, fine: float
+    depth: Singles, face: Indices, normals: Floats, owner: Indices, fine_scale: float
 ) -> NDArray[np.bool_]:
     """Return whether an edge runs between a sample and the next one, to the right or below."""
     edges = np.zeros(face.shape, bool)
@@ -133,17 +133,22 @@ def _find_edges(
         is_edge = (i < 0) | (j < 0) | (owner[i] != owner[j])
         is_edge |= n[:, 0] * m[:, 0] + n[:, 1] * m[:, 1] + n[:, 2] * m[:, 2] < CREASE
         # in a plane the depth changes in proportion to its slope
-        slope = -((n[:, 0] if is_right else -n[:, 1]) / np.maximum(n[:, 2], 0.05)) / fine
+        slope = -((n[:, 0] if is_right else -n[:, 1]) / np.maximum(n[:, 2], 0.05)) / fine_scale
         is_edge |= np.abs(step[rows, columns] - slope) > STEP + np.abs(slope)
         edges[place][rows, columns] |= is_edge
     return edges
 
 
 def _average_in_numpy(
-    depth: Singles, face: Indices, normals: Floats, owner: Indices, shades: Floats, fine: float
+    depth: Singles,
+    face: Indices,
+    normals: Floats,
+    owner: Indices,
+    shades: Floats,
+    fine_scale: float,
 ) -> NDArray[np.uint8]:
     with np.errstate(invalid="ignore"):  # without a face, the depth is infinite
-        is_edge = _find_edges(depth, face, normals, owner, fine)
+        is_edge = _find_edges(depth, face, normals, owner, fine_scale)
     colours = np.where((face < 0)[..., None], 255.0, shades[face])
     colours[is_edge] = INK
     total: Any = sum(colours[i // FINER :: FINER, i % FINER :: FINER] for i in range(FINER**2))

@@ -109,18 +109,18 @@ def render_bodies(
     views = [body.corners @ axes.T for body in bodies]
     low = np.min([points.min(axis=0) for points in views], axis=0)
     high = np.max([points.max(axis=0) for points in views], axis=0)
-    wide, tall = high[0] - low[0], high[1] - low[1]
-    scale = float((width - 2 * border) / max(wide, tall))
+    wide, height = high[0] - low[0], high[1] - low[1]
+    scale = float((width - 2 * border) / max(wide, height))
     columns = math.ceil(wide * scale) + 2 * border
-    rows = math.ceil(tall * scale) + 2 * border
+    rows = math.ceil(height * scale) + 2 * border
     corner = float(low[0] - border / scale), float(low[1] - border / scale)
-    fine = scale * FINER
+    fine_scale = scale * FINER
     depth = np.full((rows * FINER, columns * FINER), -np.inf, dtype=np.float32)
     face = np.full(depth.shape, -1, dtype=np.int32)
     normals, owners = [], []
     first = 0
     for number, (points, body) in enumerate(zip(views, bodies, strict=True)):
-        screen = np.ascontiguousarray((points - (*corner, 0.0)) * (fine, fine, 1.0))
+        screen = np.ascontiguousarray((points - (*corner, 0.0)) * (fine_scale, fine_scale, 1.0))
         fill_triangles(screen, body.triangles, first, depth, face)
         a, b, c = (points[body.triangles[:, k]] for k in range(3))
         normal = np.cross(b - a, c - a)
@@ -129,7 +129,7 @@ def render_bodies(
         first += len(body.triangles)
     shades, owner = _compute_shades(bodies, normals, axes), np.concatenate(owners)
     pixels = np.empty((rows, columns, 3), dtype=np.uint8)
-    average_pixels(depth, face, np.concatenate(normals), owner, shades, fine, pixels)
+    average_pixels(depth, face, np.concatenate(normals), owner, shades, fine_scale, pixels)
     faces = face[::FINER, ::FINER]
     return Shot(
         pixels, axes, corner, scale, bodies, np.where(faces < 0, -1, owner[faces]).astype(np.int32)

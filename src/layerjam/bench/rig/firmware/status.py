@@ -59,7 +59,7 @@ class Session:
         self.completes = False
         """Whether `*OPC` waits for the end of a capture."""
         self.held = None
-        """Line that waits for this end: its remaining text, the path, and the responses so far."""
+        """Suspended line: its remaining text, its header path, and the responses so far."""
 
     def push(self, code: int, detail: str = "") -> None:
         """Add an error; its class is set in the standard event register."""

@@ -23,6 +23,6 @@ static inline lj_enclosure lj_branch(lj_real strength, const lj_enclosure *enclo
 static inline lj_real lj_spread_root(lj_real drive, lj_real spring, const lj_enclosure *enclosure)
 {
     lj_real push = lj_max(drive, LJ(0.0));
-    lj_real below = enclosure->root + lj_sqrt(lj_square(enclosure->root) + LJ(4) * spring * push);
-    return LJ(2) * push / (below > LJ(0) ? below : LJ(1.0));
+    lj_real divisor = enclosure->root + lj_sqrt(lj_square(enclosure->root) + LJ(4) * spring * push);
+    return LJ(2) * push / (divisor > LJ(0) ? divisor : LJ(1.0));
 }

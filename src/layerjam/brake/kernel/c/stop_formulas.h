@@ -68,13 +68,13 @@ static inline lj_real lj_balance_root(const lj_case *case_, lj_real limit)
     lj_real margin = case_->onset - case_->weight;
     lj_real slope = case_->c - case_->enclosure.stiffness / case_->enclosure.reach;
     lj_real linear = margin + case_->enclosure.friction * case_->enclosure.reach;
-    int falls = slope > LJ(0);
-    int spreads = falls && slope * case_->enclosure.saturation > linear;
+    int is_falling = slope > LJ(0);
+    int spreads = is_falling && slope * case_->enclosure.saturation > linear;
     lj_real square = case_->enclosure.root * case_->enclosure.root + LJ(4) * case_->c * margin;
     lj_real radicand = (spreads ? square : slope * linear);
     lj_real root = (spreads ? case_->enclosure.root : LJ(0.0)) + lj_positive_root(radicand);
-    root = root / (spreads ? LJ(2) * case_->c : (falls ? slope : LJ(1.0)));
-    return lj_min((falls && radicand >= LJ(0) ? root : limit), limit);
+    root = root / (spreads ? LJ(2) * case_->c : (is_falling ? slope : LJ(1.0)));
+    return lj_min((is_falling && radicand >= LJ(0) ? root : limit), limit);
 }
 
 static inline lj_energy lj_quartic(const lj_case *case_, lj_real linear)
@@ -133,9 +133,9 @@ static inline lj_bracket lj_bracket_root(const lj_case *case_, lj_real travel)
 static inline lj_real lj_guess_root(const lj_energy *p, lj_real low, lj_real high)
 {
     lj_real down = lj_positive_root(p->a2 * p->a2 - LJ(4) * p->a0 * p->a4) - p->a2;
-    int falls = down > LJ(0);
-    lj_real guess = lj_positive_root(LJ(2) * p->a0 / (falls ? down : LJ(1.0)));
-    return lj_min(lj_max((falls ? guess : high), low), high);
+    int is_falling = down > LJ(0);
+    lj_real guess = lj_positive_root(LJ(2) * p->a0 / (is_falling ? down : LJ(1.0)));
+    return lj_min(lj_max((is_falling ? guess : high), low), high);
 }
 
 static inline lj_real lj_curvature_step(const lj_energy *p, lj_real w, lj_real low, lj_real high)
@@ -144,8 +144,8 @@ static inline lj_real lj_curvature_step(const lj_energy *p, lj_real w, lj_real l
     lj_real second = LJ(2) * p->a2 + w * (LJ(6) * p->a3 + w * LJ(12) * p->a4);
     lj_real energy = lj_quartic_value(p, w);
     lj_real down = lj_positive_root(first * first - LJ(2) * energy * second) - first;
-    int falls = down > LJ(0);
-    lj_real new = (falls ? w + LJ(2) * energy / (falls ? down : LJ(1.0)) : high);
+    int is_falling = down > LJ(0);
+    lj_real new = (is_falling ? w + LJ(2) * energy / (is_falling ? down : LJ(1.0)) : high);
     return lj_min(lj_max(new, low), high);
 }
 
@@ -162,20 +162,20 @@ static inline lj_end lj_make_stop(const lj_case *case_, const lj_bracket *bracke
     lj_enclosure enclosure = case_->enclosure;
     lj_real swing = case_->weight * case_->weight + LJ(2) * case_->k * case_->arriving;
     lj_real lack = case_->onset - case_->weight;
-    int slides = lack < LJ(0) || swing > lack * lack;
-    lj_real stops = bracket->stops;
-    lj_real w = (slides ? (stops ? root : bracket->limit) : LJ(0.0));
+    int is_sliding = lack < LJ(0) || swing > lack * lack;
+    lj_real is_stopped = bracket->stops;
+    lj_real w = (is_sliding ? (is_stopped ? root : bracket->limit) : LJ(0.0));
     lj_real slip = w * w;
-    lj_real outcome = (stops ? LJ(0) : (bracket->snaps ? LJ(3) : LJ(2)));
-    outcome = (slides ? outcome : LJ(1));
+    lj_real outcome = (is_stopped ? LJ(0) : (bracket->snaps ? LJ(3) : LJ(2)));
+    outcome = (is_sliding ? outcome : LJ(1));
     int linear = slip >= enclosure.saturation;
     lj_real push = enclosure.friction * enclosure.reach;
     lj_real line = enclosure.stiffness / enclosure.reach * slip + push;
     lj_real pull = (linear ? line : enclosure.root * w);
     lj_real resist = case_->onset - case_->c * slip + pull;
-    int falls = case_->c > LJ(0);
-    lj_real ratio = enclosure.root / (LJ(2) * (falls ? case_->c : LJ(1.0)));
-    int is_passed = falls && ratio * ratio < lj_min(slip, enclosure.saturation);
+    int is_falling = case_->c > LJ(0);
+    lj_real ratio = enclosure.root / (LJ(2) * (is_falling ? case_->c : LJ(1.0)));
+    int is_passed = is_falling && ratio * ratio < lj_min(slip, enclosure.saturation);
     lj_real top = case_->onset + enclosure.root * (is_passed ? ratio : LJ(0.0)) / LJ(2);
     lj_real highest = lj_max(lj_max(resist, top), case_->onset);
     lj_real spread = enclosure.root * slip * w * (LJ(1) / LJ(3));
@@ -188,12 +188,13 @@ static inline lj_end lj_make_stop(const lj_case *case_, const lj_bracket *bracke
         spread);
     lj_real energy = resist * resist * case_->compliance / LJ(2) + (linear ? linear_energy :
         spread);
-    lj_real left = case_->arriving + case_->weight * (slip + resist * case_->compliance) - heat -
-        energy;
-    lj_real pace = lj_positive_root((slides ? (stops ? LJ(0.0) : LJ(2) * left / mass) : swing));
+    lj_real energy_left = case_->arriving + case_->weight * (slip + resist * case_->compliance) -
+        heat - energy;
+    lj_real pace = lj_positive_root((is_sliding ? (is_stopped ? LJ(0.0) : LJ(2) * energy_left /
+        mass) : swing));
     lj_real elastic = case_->weight + pace;
-    return (lj_end){slip, (slides ? highest : elastic), (slides ? pace : LJ(0.0)), heat, (slides ?
-        energy : elastic * elastic * case_->compliance / LJ(2)), outcome};
+    return (lj_end){slip, (is_sliding ? highest : elastic), (is_sliding ? pace : LJ(0.0)), heat,
+        (is_sliding ? energy : elastic * elastic * case_->compliance / LJ(2)), outcome};
 }
 
 static inline lj_real lj_first_loading(lj_real slip, const lj_enclosure *enclosure)

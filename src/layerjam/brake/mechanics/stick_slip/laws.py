@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import xp
 from layerjam.brake.mechanics.enclosure import enclosure_law
-from layerjam.brake.mechanics.fan import fan_force, scale_friction
 from layerjam.brake.mechanics.friction import sheet_law
 from layerjam.brake.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.brake.mechanics.roots import rising_zero
+from layerjam.brake.mechanics.slip_effects import friction_force, scale_friction
 from layerjam.brake.mechanics.stick_slip.stribeck import Stribeck
 
 
@@ -44,8 +44,8 @@ def stribeck_friction(speed: Any, curve: Stribeck) -> Any:
     It is even in speed. At zero speed, where it has a kink for delta <= 1, the gradient is taken as
     0, the mean of both sides. NaN if the kinetic coefficient is above the static one.
     """
-    left = static_fraction(speed, curve.speed, curve.exponent)
-    friction = curve.kinetic + (curve.static - curve.kinetic) * left
+    static_share = static_fraction(speed, curve.speed, curve.exponent)
+    friction = curve.kinetic + (curve.static - curve.kinetic) * static_share
     friction = friction + curve.viscous * xp.abs(speed)
     return keep_if((curve.kinetic >= 0) & (curve.static >= curve.kinetic), friction)
 
@@ -58,7 +58,7 @@ def sliding_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, curve: Strib
     not depend on speed. Equal to `brake_force` for a flat curve with the film's kinetic friction.
     """
     share = stribeck_friction(speed, curve) / brake.film.kinetic
-    friction = fan_force(slip, scale_friction(sheet_law(vacuum, brake), share))
+    friction = friction_force(slip, scale_friction(sheet_law(vacuum, brake), share))
     force = friction + enclosure_law(vacuum, brake).force(slip)
     return keep_if((slip >= 0) & (vacuum >= 0), force)
 
@@ -95,22 +95,22 @@ def slow_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: Any) -
     """
     drop = static - kinetic
     slack = drop > kinetic
-    stops = xp.where(kinetic > 0, kinetic, xp.nan)
-    run = static**2 / (2 * stiffness * xp.where(slack, stops, 1.0))
+    drag = xp.where(kinetic > 0, kinetic, xp.nan)
+    run = static**2 / (2 * stiffness * xp.where(slack, drag, 1.0))
     slip = xp.where(slack, run, 2 * drop / stiffness)
     omega = xp.sqrt(stiffness / mass)
     bound = xp.where(slack, kinetic / xp.where(slack, drop, 1.0), 1.0)
     # the mass slides against k and F_k for part of the half period, then against F_k alone
-    after = safe_sqrt(xp.maximum(drop**2 - kinetic**2, 0.0)) / xp.where(slack, stops, 1.0)
-    time = (xp.arccos(xp.where(slack, -bound, 0.0)) + after) / omega
+    speed_after = safe_sqrt(xp.maximum(drop**2 - kinetic**2, 0.0)) / xp.where(slack, drag, 1.0)
+    time = (xp.arccos(xp.where(slack, -bound, 0.0)) + speed_after) / omega
     time = xp.where(slack, time, xp.pi / omega)
-    fine = _is_physical(static, kinetic, stiffness) & (mass > 0) & (speed > 0)
+    is_valid = _is_physical(static, kinetic, stiffness) & (mass > 0) & (speed > 0)
     return Saw(
-        force_high=keep_if(fine, static),
-        force_low=keep_if(fine, xp.where(slack, 0.0, 2 * kinetic - static)),
-        slip=keep_if(fine, slip),
-        period=keep_if(fine, slip / speed + time),
-        slip_time=keep_if(fine, time),
+        force_high=keep_if(is_valid, static),
+        force_low=keep_if(is_valid, xp.where(slack, 0.0, 2 * kinetic - static)),
+        slip=keep_if(is_valid, slip),
+        period=keep_if(is_valid, slip / speed + time),
+        slip_time=keep_if(is_valid, time),
         slack=slack,
     )
 
@@ -137,16 +137,16 @@ def undamped_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: An
     phase = phase + xp.arctan2(speed * xp.sqrt(stiffness * mass), hard)
     first = xp.where(slack, phase, 0.0) / omega
     pace = speed + safe_sqrt(xp.maximum(swing**2 - kinetic**2, 0.0)) / (stiffness / omega)
-    stops = xp.where(slack & (kinetic > 0), kinetic, xp.where(slack, xp.nan, 1.0))
-    slack_slip = static / stiffness + speed * first + mass * pace**2 / (2 * stops)
+    drag = xp.where(slack & (kinetic > 0), kinetic, xp.where(slack, xp.nan, 1.0))
+    slack_slip = static / stiffness + speed * first + mass * pace**2 / (2 * drag)
     slip = xp.where(slack, slack_slip, taut_slip)
-    fine = _is_physical(static, kinetic, stiffness) & (mass > 0) & (speed > 0) & is_known
+    is_valid = _is_physical(static, kinetic, stiffness) & (mass > 0) & (speed > 0) & is_known
     return Saw(
-        force_high=keep_if(fine, kinetic + swing),
-        force_low=keep_if(fine, xp.where(slack, 0.0, kinetic - swing)),
-        slip=keep_if(fine, slip),
-        period=keep_if(fine, slip / speed),
-        slip_time=keep_if(fine, xp.where(slack, first + mass * pace / stops, taut_time)),
+        force_high=keep_if(is_valid, kinetic + swing),
+        force_low=keep_if(is_valid, xp.where(slack, 0.0, kinetic - swing)),
+        slip=keep_if(is_valid, slip),
+        period=keep_if(is_valid, slip / speed),
+        slip_time=keep_if(is_valid, xp.where(slack, first + mass * pace / drag, taut_time)),
         slack=slack,
     )
 
@@ -171,11 +171,11 @@ def _critical_share(ratio: Any) -> Any:
 
     low = xp.pi + xp.arctan2(root, inner)
     theta = rising_zero(excess, low, xp.full_like(low, 2 * xp.pi))
-    # one more Newton step carries the gradient; near critical damping the root is `low`
-    room = swing(theta)
-    resolved = room > 1e-9
-    slope = -xp.sin(theta) / (root**2 * xp.where(resolved, room, 1.0))
-    step = (lean * theta + xp.log(xp.where(resolved, room, 1.0))) / slope
+    # a final Newton step carries the gradient; near critical damping the root is `low`
+    radicand = swing(theta)
+    resolved = radicand > 1e-9
+    slope = -xp.sin(theta) / (root**2 * xp.where(resolved, radicand, 1.0))
+    step = (lean * theta + xp.log(xp.where(resolved, radicand, 1.0))) / slope
     theta = xp.where(resolved, theta - step, low)
     return -xp.exp(-lean * theta) / xp.sin(theta) * root
 
@@ -206,10 +206,12 @@ def stiffness_without_stick_slip(
     At a given damping ratio (that of the real mount) it is ((F_s - F_k)/(kappa V))^2/m. Infinite
     without damping, zero from critical damping upwards.
     """
-    least = ((static - kinetic) * _critical_share(damping_ratio) / speed) ** 2 / mass
-    least = xp.where(damping_ratio >= 1, 0.0, xp.where(damping_ratio == 0, xp.inf, least))
-    fine = (kinetic >= 0) & (static >= kinetic) & (mass > 0) & (speed > 0) & (damping_ratio >= 0)
-    return keep_if(fine, least)
+    stiffness = ((static - kinetic) * _critical_share(damping_ratio) / speed) ** 2 / mass
+    stiffness = xp.where(damping_ratio >= 1, 0.0, xp.where(damping_ratio == 0, xp.inf, stiffness))
+    is_valid = (
+        (kinetic >= 0) & (static >= kinetic) & (mass > 0) & (speed > 0) & (damping_ratio >= 0)
+    )
+    return keep_if(is_valid, stiffness)
 
 
 @law
@@ -243,8 +245,5 @@ def stable_speed(drop: Any, stribeck_speed: Any, exponent: Any, damping: Any) ->
     u = u - residual(u) / xp.where(slope > 0, slope, 1.0)
     speed = stribeck_speed * xp.exp(xp.where(weakens, u, 0.0) / exponent)
     speed = xp.where(weakens, xp.where(share > 0, speed, xp.inf), 0.0)
-    fine = (drop >= 0) & (stribeck_speed >= 0) & (exponent > 0) & (damping >= 0)
-    return keep_if(fine, speed)
-
-
-of_film, static_left = film_curve, static_fraction  # former names
+    is_valid = (drop >= 0) & (stribeck_speed >= 0) & (exponent > 0) & (damping >= 0)
+    return keep_if(is_valid, speed)

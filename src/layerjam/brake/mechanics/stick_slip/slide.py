@@ -290,7 +290,7 @@ def is_constant(case: Slide) -> bool:
     plain = (case.fall, case.stribeck, case.viscous)
     return (
         case.enclosure is None
-        and case.law is None
+        and case.paced_brake is None
         and not any(np.any(np.asarray(v) != 0) for v in plain)
     )
 

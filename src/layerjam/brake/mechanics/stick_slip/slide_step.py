@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from layerjam.brake.device.speed_law import SpeedLaw
+from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import xp
-from layerjam.brake.mechanics.effects import growth
 from layerjam.brake.mechanics.enclosure import EnclosureLaw
 from layerjam.brake.mechanics.roots import rising_zero
+from layerjam.brake.mechanics.speed_effects import brake_growth
 from layerjam.brake.mechanics.stick_slip.laws import static_fraction
 
 STUCK, TAUT, SLACK = 0, 1, 2
@@ -73,8 +73,8 @@ class Slide(NamedTuple):
     """Number of slip events after which the run ends."""
     tolerance: Any
     """Relative error tolerance of a step; 0 means steps of `step`, whatever the error."""
-    law: SpeedLaw | None = None
-    """Kinetic friction versus speed; `level` is the value at the law's test speed."""
+    paced_brake: Brake | None = None
+    """The brake if its friction depends on the speed; `level` is that at the test speed."""
 
 
 class State(NamedTuple):
@@ -139,9 +139,9 @@ def resistance(slip: Any, velocity: Any, case: Slide) -> Any:
     left = xp.where(case.stribeck > 0, left, 0.0)
     sheets = xp.maximum(case.level - case.fall * slip, 0.0)
     kinetic, excess = 1.0, case.rise
-    if case.law is not None:  # the bound at rest remains static friction
-        kinetic = growth(xp.maximum(velocity, 0.0), case.law)
-        excess = 1 + case.rise - growth(0.0, case.law)
+    if case.paced_brake is not None:  # the bound at rest remains static friction
+        kinetic = brake_growth(xp.maximum(velocity, 0.0), case.paced_brake)
+        excess = 1 + case.rise - brake_growth(0.0, case.paced_brake)
     return sheets * (kinetic + excess * left + case.viscous * velocity) + base_drag(slip, case)
 
 

@@ -14,9 +14,8 @@ from typing import Any
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import xp
-from layerjam.brake.mechanics.effects import pressure_on_sheets
+from layerjam.brake.mechanics.effects import list_shapes, pressure_on_sheets
 from layerjam.brake.mechanics.enclosure import enclosure_law
-from layerjam.brake.mechanics.fan import fan_factor, make_fan
 from layerjam.brake.mechanics.friction import friction_per_contact
 from layerjam.brake.mechanics.law import keep_if, law
 from layerjam.brake.mechanics.stick_slip.laws import static_fraction
@@ -63,8 +62,8 @@ def wet_stress(speed: Any, vacuum: Any, film: WetFilm, scale_factor: Any) -> Any
     fitted to the brake itself. At rest the result is the stress at which the interface begins to
     slip. NaN for a negative speed or vacuum.
     """
-    left = static_fraction(speed, film.speed, film.exponent)
-    friction = film.kinetic + (film.static - film.kinetic) * left
+    static_share = static_fraction(speed, film.speed, film.exponent)
+    friction = film.kinetic + (film.static - film.kinetic) * static_share
     stress = scale_factor * friction * vacuum + film.adhesion + film.viscosity * speed
     return keep_if((speed >= 0) & (vacuum >= 0), stress)
 
@@ -84,12 +83,12 @@ def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -
     coulomb = coulomb / ((sheets.count - 1) * sheets.width * brake.film.kinetic)
     factor = coulomb / xp.where(jammed, vacuum, 1.0)
     stress = wet_stress(speed, vacuum, film, factor)
-    force, fan = contact * stress, make_fan(brake)
-    if fan is not None:
+    force = contact * stress
+    for shape in list_shapes(1.0, brake):
         # the self-amplification acts on any shear stress; its friction coefficient is the ratio of
         # stress to pressure
         share = stress / pressure_on_sheets(xp.where(jammed, vacuum, 1.0), brake)
         share = share / (brake.scale_factor * brake.film.kinetic)
-        force = force * fan_factor(slip, fan._replace(strength=fan.strength * share))
+        force = force * shape.scale(share).factor(slip)
     force = force + enclosure_law(vacuum, brake).force(slip)
     return keep_if((slip >= 0) & (speed >= 0) & (vacuum >= 0), force)

@@ -95,13 +95,13 @@ def balance_root(case: Setup, limit: Any) -> Any:
     margin = case.onset - case.weight
     slope = case.c - case.enclosure.stiffness / case.enclosure.reach
     linear = margin + case.enclosure.friction * case.enclosure.reach
-    falls = slope > 0
-    spreads = falls & (slope * case.enclosure.saturation > linear)
+    is_falling = slope > 0
+    spreads = is_falling & (slope * case.enclosure.saturation > linear)
     square = case.enclosure.root * case.enclosure.root + 4 * case.c * margin
     radicand = xp.where(spreads, square, slope * linear)
     root = xp.where(spreads, case.enclosure.root, 0.0) + positive_root(radicand)
-    root = root / xp.where(spreads, 2 * case.c, xp.where(falls, slope, 1.0))
-    return xp.minimum(xp.where(falls & (radicand >= 0), root, limit), limit)
+    root = root / xp.where(spreads, 2 * case.c, xp.where(is_falling, slope, 1.0))
+    return xp.minimum(xp.where(is_falling & (radicand >= 0), root, limit), limit)
 
 
 def quartic(case: Setup, linear: Any) -> Quartic:
@@ -170,9 +170,9 @@ def bracket_root(case: Setup, travel: Any) -> Search:
 def guess_root(p: Quartic, low: Any, high: Any) -> Any:
     """Return the root without the enclosure's part, within the bracket; its end if none falls."""
     down = positive_root(p.a2 * p.a2 - 4 * p.a0 * p.a4) - p.a2
-    falls = down > 0
-    guess = positive_root(2 * p.a0 / xp.where(falls, down, 1.0))
-    return xp.minimum(xp.maximum(xp.where(falls, guess, high), low), high)
+    is_falling = down > 0
+    guess = positive_root(2 * p.a0 / xp.where(is_falling, down, 1.0))
+    return xp.minimum(xp.maximum(xp.where(is_falling, guess, high), low), high)
 
 
 def curvature_step(p: Quartic, w: Any, low: Any, high: Any) -> Any:
@@ -183,8 +183,8 @@ def curvature_step(p: Quartic, w: Any, low: Any, high: Any) -> Any:
     first, second = quartic_slope(p, w), 2 * p.a2 + w * (6 * p.a3 + w * 12 * p.a4)
     energy = quartic_value(p, w)
     down = positive_root(first * first - 2 * energy * second) - first
-    falls = down > 0
-    new = xp.where(falls, w + 2 * energy / xp.where(falls, down, 1.0), high)
+    is_falling = down > 0
+    new = xp.where(is_falling, w + 2 * energy / xp.where(is_falling, down, 1.0), high)
     return xp.minimum(xp.maximum(new, low), high)
 
 
@@ -200,23 +200,23 @@ def make_stop(case: Setup, bracket: Search, root: Any) -> Stop:
     mass, enclosure = case.mass, case.enclosure
     # without slip the force swings up to weight + sqrt(swing)
     swing, lack = case.weight * case.weight + 2 * case.k * case.arriving, case.onset - case.weight
-    slides = (lack < 0) | (swing > lack * lack)
-    stops = bracket.stops
-    w = xp.where(slides, xp.where(stops, root, bracket.limit), 0.0)
+    is_sliding = (lack < 0) | (swing > lack * lack)
+    is_stopped = bracket.stops
+    w = xp.where(is_sliding, xp.where(is_stopped, root, bracket.limit), 0.0)
     slip = w * w
-    outcome = xp.where(stops, STOPPED, xp.where(bracket.snaps, SNAPS, BOTTOMED_OUT))
-    outcome = xp.where(slides, outcome, NEVER_SLID)
+    outcome = xp.where(is_stopped, STOPPED, xp.where(bracket.snaps, SNAPS, BOTTOMED_OUT))
+    outcome = xp.where(is_sliding, outcome, NEVER_SLID)
     linear = slip >= enclosure.saturation
     push = enclosure.friction * enclosure.reach
     line = enclosure.stiffness / enclosure.reach * slip + push
     pull = xp.where(linear, line, enclosure.root * w)
     resist = case.onset - case.c * slip + pull
-    falls = case.c > 0
-    ratio = enclosure.root / (2 * xp.where(falls, case.c, 1.0))
-    is_passed = falls & (ratio * ratio < xp.minimum(slip, enclosure.saturation))
+    is_falling = case.c > 0
+    ratio = enclosure.root / (2 * xp.where(is_falling, case.c, 1.0))
+    is_passed = is_falling & (ratio * ratio < xp.minimum(slip, enclosure.saturation))
     top = case.onset + enclosure.root * xp.where(is_passed, ratio, 0.0) / 2
     highest = xp.maximum(xp.maximum(resist, top), case.onset)
-    # half of the enclosure's work is heat while slip spreads; then heat follows from q s over l
+    # while slip spreads, half of the enclosure's work is heat; afterwards, friction q over l is
     spread = enclosure.root * slip * w * (1 / 3)
     linear_heat = push * (slip - enclosure.saturation) + 2 * push * enclosure.saturation * (1 / 3)
     face = line / 2
@@ -225,14 +225,16 @@ def make_stop(case: Setup, bracket: Search, root: Any) -> Stop:
     heat = case.onset * slip - case.c * slip * slip / 2 + xp.where(linear, linear_heat, spread)
     energy = resist * resist * case.compliance / 2 + xp.where(linear, linear_energy, spread)
     # the remaining energy gives a speed if the drop slides, else a swing: one root for both
-    left = case.arriving + case.weight * (slip + resist * case.compliance) - heat - energy
-    pace = positive_root(xp.where(slides, xp.where(stops, 0.0, 2 * left / mass), swing))
+    energy_left = case.arriving + case.weight * (slip + resist * case.compliance) - heat - energy
+    pace = positive_root(
+        xp.where(is_sliding, xp.where(is_stopped, 0.0, 2 * energy_left / mass), swing)
+    )
     elastic = case.weight + pace
     return Stop(
         slip,
-        xp.where(slides, highest, elastic),
-        xp.where(slides, pace, 0.0),
+        xp.where(is_sliding, highest, elastic),
+        xp.where(is_sliding, pace, 0.0),
         heat,
-        xp.where(slides, energy, elastic * elastic * case.compliance / 2),
+        xp.where(is_sliding, energy, elastic * elastic * case.compliance / 2),
         outcome,
     )

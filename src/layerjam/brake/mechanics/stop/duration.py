@@ -51,9 +51,9 @@ def expand_energy(energy: Callable[[Any], Any], rate: Callable[[Any], Any]) -> E
             return energy(end + sign * gap)
 
         # start slightly inside the piece, because at w = 0 the slip's square root has no derivative
-        inside = end + sign * MARGIN * xp.maximum(xp.abs(end), 1e-6)
-        first, gap = rate(inside), sign * GAP * (xp.abs(end) + 1e-3)
-        second = (rate(inside + gap) - first) / gap
+        interior_point = end + sign * MARGIN * xp.maximum(xp.abs(end), 1e-6)
+        first, gap = rate(interior_point), sign * GAP * (xp.abs(end) + 1e-3)
+        second = (rate(interior_point + gap) - first) / gap
         energy_there = energy(end)
         end_energy = xp.maximum(energy_there, 0.0)
         return Expansion(

@@ -16,11 +16,17 @@ from typing import Any, NamedTuple, cast
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import freeze, xp
 from layerjam.brake.mechanics.enclosure import EnclosureLaw, brake_enclosure
-from layerjam.brake.mechanics.fan import Sheets, fan_force, fan_tangent, fan_work, solve_fan
 from layerjam.brake.mechanics.friction import sheet_law
 from layerjam.brake.mechanics.hyperelastic import FirstLoading, Strip
 from layerjam.brake.mechanics.law import keep_if, safe_sqrt
 from layerjam.brake.mechanics.roots import first_fall, newton_root, sample
+from layerjam.brake.mechanics.slip_effects import (
+    Sheets,
+    find_equilibrium,
+    friction_force,
+    friction_tangent,
+    friction_work,
+)
 from layerjam.brake.mechanics.stop.algebra import (
     BOTTOMED_OUT,
     NEVER_SLID,
@@ -75,7 +81,7 @@ class Curve(NamedTuple):
     @property
     def is_quartic(self) -> bool:
         """Return whether K is a quartic in w, so that closed forms apply."""
-        return self.sheets.fan is None and isinstance(self.enclosure, EnclosureLaw)
+        return not self.sheets.shapes and isinstance(self.enclosure, EnclosureLaw)
 
     def make_setup(self, load: Mass) -> Setup:
         """Return the constants of those closed forms for a mass."""
@@ -86,11 +92,11 @@ class Curve(NamedTuple):
         """Return the brake at a coordinate, which is zero at the start."""
         enclosure = self.enclosure.point_at(w)
         slip, slope = enclosure.slip, enclosure.slip_slope
-        heat = fan_work(xp.zeros_like(slip), slip, self.sheets)
+        heat = friction_work(xp.zeros_like(slip), slip, self.sheets)
         return enclosure._replace(
-            force=enclosure.force + fan_force(slip, self.sheets),
+            force=enclosure.force + friction_force(slip, self.sheets),
             heat=enclosure.heat + heat,
-            force_slope=enclosure.force_slope - fan_tangent(slip, self.sheets).c * slope,
+            force_slope=enclosure.force_slope - friction_tangent(slip, self.sheets).c * slope,
         )
 
     def find_turns(self, weight: Any, w_end: Any) -> tuple[Any, Any]:
@@ -113,7 +119,7 @@ class Curve(NamedTuple):
             return balance_root(case, xp.inf) ** 2
 
         constants = freeze(self.sheets)
-        least = safe_sqrt(solve_fan(find_balance, 0.0 * w_end, constants))
+        least = safe_sqrt(find_equilibrium(find_balance, 0.0 * w_end, constants))
         return freeze(xp.minimum(least, w_end)), w_end
 
     def expand(self, load: Mass) -> Expand:

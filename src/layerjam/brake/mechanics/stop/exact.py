@@ -9,12 +9,12 @@ from typing import Any
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import choose, freeze, xp
-from layerjam.brake.mechanics.effects import brake_growth, depends_on_speed, has_speed_effects
 from layerjam.brake.mechanics.enclosure import enclosure_law
-from layerjam.brake.mechanics.fan import fan_force, scale_friction
 from layerjam.brake.mechanics.friction import sheet_law
 from layerjam.brake.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.brake.mechanics.roots import newton_root
+from layerjam.brake.mechanics.slip_effects import friction_force, scale_friction
+from layerjam.brake.mechanics.speed_effects import brake_growth, depends_on_speed, has_speed_effects
 from layerjam.brake.mechanics.stop.algebra import (
     BOTTOMED_OUT,
     NEVER_SLID,
@@ -60,11 +60,10 @@ def paced_setup(
     """Return the constants of a stop with a speed law; sliding starts at the friction at rest."""
     sheets, enclosure = sheet_law(vacuum, brake), enclosure_law(vacuum, brake)
     at_rest = scale_friction(sheets, brake_growth(0.0, brake))
-    rest_friction = fan_force(0.0, at_rest) / sheets.overlap
+    rest_friction = friction_force(0.0, at_rest) / sheets.overlap
     case = make_setup(mass, speed, rest_friction, sheets.overlap, enclosure, spring, gravity)
     case = case._replace(c=sheets.c + xp.zeros_like(rest_friction))
-    law: Any = brake.speed_law
-    return new_case(case, gravity, sheets.fan, brake, law)
+    return new_case(case, gravity, sheets.shapes, brake)
 
 
 def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
@@ -73,11 +72,11 @@ def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
     It takes three curvature steps from the root without an enclosure. Newton steps limited to the
     bracket follow for the cases that have not settled, and for them alone.
     """
-    before = guess_root(energy, low, high)
+    root_guess = guess_root(energy, low, high)
     for _ in range(2):
-        before = curvature_step(energy, before, low, high)
-    root = curvature_step(energy, before, low, high)
-    has_settled = ~(xp.abs(root - before) > SETTLED * high)
+        root_guess = curvature_step(energy, root_guess, low, high)
+    root = curvature_step(energy, root_guess, low, high)
+    has_settled = ~(xp.abs(root - root_guess) > SETTLED * high)
 
     def rising(state: tuple[Any, None]) -> tuple[Any, Any, None]:
         return -quartic_value(energy, state[0]), -quartic_slope(energy, state[0]), None
@@ -104,32 +103,32 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     arrays = (xp.broadcast_to(a, shape) for a in (mass, speed, vacuum, spring, gravity))
     mass, speed, vacuum, spring, gravity = arrays
     paced_result = paced_stop(paced_setup(mass, speed, vacuum, spring, gravity, brake), speed)
-    fine = result.outcome != NOT_A_CASE
-    is_paced = depends_on_speed(brake) & fine
+    is_valid = result.outcome != NOT_A_CASE
+    is_paced = depends_on_speed(brake) & is_valid
     values = [xp.where(is_paced, *pair) for pair in zip(paced_result, result, strict=True)]
     return _keep_cases(Stop(*values), True)
 
 
-def _keep_cases(end: Stop, fine: Any) -> Stop:
+def _keep_cases(end: Stop, is_valid: Any) -> Stop:
     """Return the stops that are valid, otherwise NOT_A_CASE and NaN."""
-    outcome = xp.where(fine, end.outcome, NOT_A_CASE)
+    outcome = xp.where(is_valid, end.outcome, NOT_A_CASE)
     return Stop(*(keep_if(outcome != NOT_A_CASE, x) for x in end))._replace(outcome=outcome)
 
 
 def _solve(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Stop:
     """Return the stop with a friction that does not depend on speed."""
     mass, speed, vacuum, spring, gravity = xp.broadcast_arrays(mass, speed, vacuum, spring, gravity)
-    fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
+    is_valid = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
     curve, travel = make_curve(vacuum, brake), brake.sheets.usable_travel
     if not curve.is_quartic:
-        # outside its domain the search would meet NaN, so it gets a dummy case
+        # replace invalid cases by a dummy, because the search would meet NaN
         mass, speed, vacuum, spring, gravity = (
-            xp.where(fine, x, 1.0) for x in (mass, speed, vacuum, spring, gravity)
+            xp.where(is_valid, x, 1.0) for x in (mass, speed, vacuum, spring, gravity)
         )
         curve, load = make_curve(vacuum, brake), Mass(mass, speed, spring, gravity)
         start = mass_energy(curve.point_at(xp.zeros_like(mass)), load)
         end = solve_stop(curve, travel, load)
-        return _keep_cases(end, fine & (end.peak_force >= 0) & xp.isfinite(start))
+        return _keep_cases(end, is_valid & (end.peak_force >= 0) & xp.isfinite(start))
     case = curve.make_setup(Mass(mass, speed, spring, gravity))
     bracket = bracket_root(case, travel + xp.zeros_like(case.kinetic))
     # the search is not differentiated, but the polishing step carries the gradient of the root
@@ -137,8 +136,8 @@ def _solve(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
     root = _first_root(energy, low, high)
     root = polish_root(bracket.energy, root, freeze(quartic_slope(energy, root)))
     end = make_stop(case, bracket, root)
-    fine = fine & xp.isfinite(case.kinetic) & (case.onset + case.enclosure.root >= 0)
-    return _keep_cases(end, fine)
+    is_valid = is_valid & xp.isfinite(case.kinetic) & (case.onset + case.enclosure.root >= 0)
+    return _keep_cases(end, is_valid)
 
 
 @law
@@ -173,8 +172,8 @@ def speed_at_slip(
     """
     arrays = xp.broadcast_arrays(slip, mass, speed, vacuum, spring, gravity)
     slip, mass, speed, vacuum, spring, gravity = arrays
-    left = energy_left(slip, make_curve(vacuum, brake), Mass(mass, speed, spring, gravity))
-    return keep_if(~xp.asarray(depends_on_speed(brake)), safe_sqrt(left * 2 / mass))
+    energy = energy_left(slip, make_curve(vacuum, brake), Mass(mass, speed, spring, gravity))
+    return keep_if(~xp.asarray(depends_on_speed(brake)), safe_sqrt(energy * 2 / mass))
 
 
 @law
@@ -193,8 +192,8 @@ def time_at_slip(
     curve, load = make_curve(vacuum, brake), Mass(mass, speed, spring, gravity)
     onset, weight = curve.point_at(0.0 * slip).force, load.weight
     slip = slip + 0.0 * onset
-    slides = weight + xp.sqrt(weight**2 + spring * mass * speed**2) > onset
-    start = _elastic_time(mass, speed, gravity, spring, onset, slides)
-    is_met = (slip == 0) | (slides & (energy_left(slip, curve, load) >= 0))
+    is_sliding = weight + xp.sqrt(weight**2 + spring * mass * speed**2) > onset
+    start = _elastic_time(mass, speed, gravity, spring, onset, is_sliding)
+    is_met = (slip == 0) | (is_sliding & (energy_left(slip, curve, load) >= 0))
     time = start + sliding_time(slip, curve, load)
     return keep_if(is_met & ~xp.asarray(depends_on_speed(brake)), time)

@@ -21,12 +21,12 @@ from layerjam.brake.mechanics.arrays import (
     xp,
 )
 from layerjam.brake.mechanics.cycle import Setting
-from layerjam.brake.mechanics.effects import has_speed_effects
 from layerjam.brake.mechanics.enclosure import check_modulus, enclosure_law
-from layerjam.brake.mechanics.fan import fan_force, fan_tangent
 from layerjam.brake.mechanics.hysteresis import make_setting
 from layerjam.brake.mechanics.law import compiled, keep_if, law
 from layerjam.brake.mechanics.memory import sliding_fraction
+from layerjam.brake.mechanics.slip_effects import friction_force, friction_tangent
+from layerjam.brake.mechanics.speed_effects import has_speed_effects
 from layerjam.brake.mechanics.stiffness import working_stiffness
 from layerjam.brake.mechanics.stop.algebra import NOT_A_CASE
 from layerjam.brake.mechanics.stop.motion_step import (
@@ -51,7 +51,7 @@ LONGEST = 0.25
 
 def _find_event(old: Motion, new: Motion, setting: Setting, travel: Any) -> Any:
     """Return the event of a step at which the run must end."""
-    hold = fan_force(new.slip, rest_setting(setting))
+    hold = friction_force(new.slip, rest_setting(setting))
     enclosure = memory_force(new, setting.enclosure)
     closes = enclosure * (1 - 1e-9) - new.force > hold
     code = xp.where((old.speed > 0) & (new.speed <= 0), STANDSTILL, MOVING)
@@ -66,7 +66,7 @@ def _snaps(old: Motion, new: Motion, setting: Setting) -> Any:
     The brake does not snap if 1 + Y'/k > 0 at the new position and the brake holds the spring
     there. Friction that grows with speed is stable on any spring.
     """
-    if setting.law is not None:
+    if setting.paced_brake is not None:
         return xp.zeros_like(new.slack)
     strip = setting.enclosure
     slides = new.slip if new.enclosure is None else sliding_fraction(new.enclosure)
@@ -76,8 +76,8 @@ def _snaps(old: Motion, new: Motion, setting: Setting) -> Any:
     else:
         steep = strip.stiffness / (strip.reach * part)
     steep = xp.where(slides > 0, steep, xp.inf)
-    soft = fan_tangent(new.slip, setting).c - setting.k
-    hold = fan_force(new.slip, setting) + memory_force(new, strip)
+    soft = friction_tangent(new.slip, setting).c - setting.k
+    hold = friction_force(new.slip, setting) + memory_force(new, strip)
     is_torn = (new.force > hold * (1 + 1e-6)) & (soft > 0)
     falls = soft >= steep * (1 - 1e-9)
     return ((new.slip > old.slip) & (falls | is_torn)) | (xp.isnan(new.force) & (soft > 0))
@@ -266,7 +266,7 @@ def stop_in_time(
     start = new_motion(speed, first, steady, has_speed_effects(brake))
     setting = make_setting(first, load.spring, brake)
     fine = (mass > 0) & (speed >= 0) & (gravity >= 0) & (step > 0) & (xp.min(vacuum) >= 0)
-    fine = fine & (fan_force(0.0, setting) + setting.enclosure.root >= 0)
+    fine = fine & (friction_force(0.0, setting) + setting.enclosure.root >= 0)
     fine = fine & (step <= LONGEST * xp.sqrt(mass / rope_spring(rope, brake)))
 
     def is_moving(state: tuple[Any, Motion]) -> Any:

@@ -6,21 +6,21 @@ See `motion` for the definition of a step; this module defines its states.
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from layerjam.brake.device.speed_law import SpeedLaw
+from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import derivative, map_leaves, repeat, xp
 from layerjam.brake.mechanics.cycle import Setting
-from layerjam.brake.mechanics.effects import growth
 from layerjam.brake.mechanics.enclosure import EnclosureLaw
-from layerjam.brake.mechanics.fan import (
-    fan_force,
-    fan_tangent,
-    growing_work,
-    scale_friction,
-    solve_fan,
-)
 from layerjam.brake.mechanics.law import safe_sqrt
 from layerjam.brake.mechanics.memory import Memory, new_memory
 from layerjam.brake.mechanics.roots import newton_root
+from layerjam.brake.mechanics.slip_effects import (
+    find_equilibrium,
+    friction_force,
+    friction_tangent,
+    growing_work,
+    scale_friction,
+)
+from layerjam.brake.mechanics.speed_effects import brake_growth
 from layerjam.brake.mechanics.stop.algebra import snap_slip
 
 _NEWTON = 3
@@ -112,7 +112,7 @@ def _extend_brake(
     """
     elongation = motion.drawn + distance
     if motion.enclosure is None:
-        out = solve_fan(lambda line: _first_loading(elongation, line), motion.slip, setting)
+        out = find_equilibrium(lambda line: _first_loading(elongation, line), motion.slip, setting)
     else:
         out = motion.enclosure.find_slip(elongation, 1, setting)
     slip = xp.where(slides, xp.maximum(out, motion.slip), motion.slip)
@@ -143,7 +143,7 @@ def _balance_step(
 
     Also returns the distance.
     """
-    hold = fan_force(motion.slip, setting)
+    hold = friction_force(motion.slip, setting)
     hold = hold + memory_force(motion, setting.enclosure)
     distance = (alpha - motion.force) / (beta + setting.k / 2)
     slides = motion.force + setting.k * distance > hold
@@ -164,14 +164,14 @@ def _balance_step(
 
 def rest_setting(setting: Setting) -> Setting:
     """Return the setting with the friction of sheets at rest."""
-    result: Setting = (
-        setting if setting.law is None else scale_friction(setting, growth(0.0, setting.law))
-    )
+    if setting.paced_brake is None:
+        return setting
+    result: Setting = scale_friction(setting, brake_growth(0.0, setting.paced_brake))
     return result
 
 
 def _balance_paced(
-    motion: Motion, alpha: Any, beta: Any, setting: Setting, law: SpeedLaw, dt: Any
+    motion: Motion, alpha: Any, beta: Any, setting: Setting, brake: Brake, dt: Any
 ) -> tuple[_Extension, Any]:
     """Return `_balance_step` for friction that depends on the speed, by a search for the slip.
 
@@ -184,7 +184,7 @@ def _balance_paced(
     def state_at(slip: Any) -> tuple[Any, Any]:
         mean = (slip - start) / dt
         pace = xp.maximum(mean + (mean - motion.pace) * share, 0.0)
-        new = fan_force(slip, scale_friction(setting, growth(pace, law)))
+        new = friction_force(slip, scale_friction(setting, brake_growth(pace, brake)))
         new = new + memory_force(_slide_to(motion, slip, setting), setting.enclosure)
         return new, slip - start + (new - force) / setting.k
 
@@ -195,7 +195,7 @@ def _balance_paced(
 
         return excess_force(state[0]), derivative(excess_force, state[0]), None
 
-    hold = fan_force(start, rest_setting(setting))
+    hold = friction_force(start, rest_setting(setting))
     hold = hold + memory_force(motion, setting.enclosure)
     stuck = (alpha - force) / (beta + setting.k / 2)
     slides = force + setting.k * stuck > hold
@@ -241,10 +241,10 @@ def _advance_taut(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load)
         beta = kappa / share
     else:
         alpha, beta = m * (g + 2 * v / dt), 2 * m / dt**2
-    if setting.law is None:
+    if setting.paced_brake is None:
         pull, distance = _balance_step(motion, alpha, beta, setting, c)
     else:
-        pull, distance = _balance_paced(motion, alpha, beta, setting, setting.law, dt)
+        pull, distance = _balance_paced(motion, alpha, beta, setting, setting.paced_brake, dt)
     mean = alpha - beta * distance
     place = v * dt + (g - mean / m) * dt**2 / 2
     stretch = place - distance if damped else xp.zeros_like(distance)
@@ -268,10 +268,9 @@ def _peak_tangent(setting: Setting) -> Any:
     """Return the friction's tangent where the first-loading force is largest."""
     top = 0.0 * setting.c
     for _ in range(4):
-        top = (
-            setting.enclosure.root / (2 * xp.where(setting.c > 0, fan_tangent(top, setting).c, 1.0))
-        ) ** 2
-    return fan_tangent(top, setting)
+        fall = xp.where(setting.c > 0, friction_tangent(top, setting).c, 1.0)
+        top = (setting.enclosure.root / (2 * fall)) ** 2
+    return friction_tangent(top, setting)
 
 
 def _highest_force(motion: Motion, pull: _Extension, setting: Setting) -> Any:
@@ -280,9 +279,9 @@ def _highest_force(motion: Motion, pull: _Extension, setting: Setting) -> Any:
     It is the top of the backbone, if the step passed it. With a speed law the peak depends on the
     speeds, so the force after the step is used; the error is of second order.
     """
-    if setting.law is not None:
+    if setting.paced_brake is not None:
         return pull.force
-    line = setting if setting.fan is None else _peak_tangent(setting)
+    line = _peak_tangent(setting) if setting.shapes else setting
     top = (setting.enclosure.root / (2 * xp.where(line.c > 0, line.c, 1.0))) ** 2
     is_passed = (motion.slip < top) & (top < pull.slip) & (top < setting.enclosure.saturation)
     if pull.enclosure is not None:  # this holds only on the backbone
@@ -301,12 +300,14 @@ def force_between(
     the force is known at nine times, with a parabola at the highest.
     """
     before, after = setting_at(old.vacuum), setting_at(vacuum)
-    if before.law is not None:
+    if before.paced_brake is not None:
         return xp.zeros_like(new.force)
     share = xp.linspace(0.0, 1.0, _TIMES).reshape((-1,) + (1,) * xp.ndim(new.force))
     setting = setting_at(old.vacuum + share * (vacuum - old.vacuum))
     elongation = old.drawn + share * (new.drawn - old.drawn)
-    slip = solve_fan(lambda line: _first_loading(elongation, line), 0.0 * elongation, setting)
+    slip = find_equilibrium(
+        lambda line: _first_loading(elongation, line), 0.0 * elongation, setting
+    )
     force = setting.k * (elongation - xp.maximum(slip, old.slip))
     low, middle, high = force[:-2], force[1:-1], force[2:]
     bend = 2 * middle - low - high
@@ -404,8 +405,8 @@ def change_vacuum(motion: Motion, vacuum: Any, setting: Setting) -> Motion:
         return motion
     enclosure = motion.enclosure.apply_vacuum(setting.enclosure)
     new = motion._replace(enclosure=enclosure)
-    gives = motion.force > fan_force(motion.slip, setting) + enclosure.force
-    if setting.law is not None:  # with a speed law the brake starts to slide with a delay
+    gives = motion.force > friction_force(motion.slip, setting) + enclosure.force
+    if setting.paced_brake is not None:  # with a speed law the brake starts to slide with a delay
         gives = xp.zeros_like(gives)
     pull = _extend_brake(new, xp.zeros_like(motion.slip), gives & ~motion.slack, setting)
     # if the spring drives the sheets harder than friction resists, the excess is heat, except for

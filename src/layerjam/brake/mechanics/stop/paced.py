@@ -15,20 +15,18 @@ speed, at a relative tolerance of 1e-7 per step.
 from typing import Any, NamedTuple
 
 from layerjam.brake.device.brake import Brake
-from layerjam.brake.device.speed_law import SpeedLaw
 from layerjam.brake.mechanics.arrays import map_leaves, put, repeat_while, xp
-from layerjam.brake.mechanics.effects import growth
 from layerjam.brake.mechanics.enclosure import EnclosureLaw
-from layerjam.brake.mechanics.fan import (
-    Fan,
+from layerjam.brake.mechanics.law import compiled
+from layerjam.brake.mechanics.roots import false_position
+from layerjam.brake.mechanics.slip_effects import (
     Sheets,
-    fan_force,
-    fan_tangent,
+    friction_force,
+    friction_tangent,
     log_slope,
     scale_friction,
 )
-from layerjam.brake.mechanics.law import compiled
-from layerjam.brake.mechanics.roots import false_position
+from layerjam.brake.mechanics.speed_effects import brake_growth, growth_slope, rest_speed
 from layerjam.brake.mechanics.stick_slip.slide_step import hermite_range
 from layerjam.brake.mechanics.stop.algebra import (
     BOTTOMED_OUT,
@@ -40,7 +38,6 @@ from layerjam.brake.mechanics.stop.algebra import (
     positive_root,
 )
 from layerjam.brake.mechanics.stop.rosenbrock import rosenbrock
-from layerjam.core.evolve import assemble
 
 TOLERANCE = 1e-7
 """Relative error tolerance of a step."""
@@ -67,9 +64,9 @@ class PacedProblem(NamedTuple):
     overlap: Any
     travel: Any
     gravity: Any
-    law: SpeedLaw
-    fan: Fan | None
-    """Fan at the test speed."""
+    brake: Brake
+    shapes: tuple[Any, ...]
+    """Effects of the slip on the friction at the test speed."""
 
 
 class Run(NamedTuple):
@@ -91,7 +88,7 @@ class Run(NamedTuple):
 def _sliding_sheets(pace: Any, case: PacedProblem) -> Sheets:
     """Return the sheets' friction while they slide at a pace [m/s]."""
     sheets: Sheets = scale_friction(
-        Sheets(case.setup.c, case.overlap, case.fan), growth(pace, case.law)
+        Sheets(case.setup.c, case.overlap, case.shapes), brake_growth(pace, case.brake)
     )
     return sheets
 
@@ -99,7 +96,7 @@ def _sliding_sheets(pace: Any, case: PacedProblem) -> Sheets:
 def paced_force(state: Any, case: PacedProblem) -> Any:
     """Return the force [N] in spring and brake."""
     slip, _, pace, _ = state
-    return fan_force(slip, _sliding_sheets(pace, case)) + case.setup.enclosure.force(slip)
+    return friction_force(slip, _sliding_sheets(pace, case)) + case.setup.enclosure.force(slip)
 
 
 def _enclosure_slope(slip: Any, enclosure: EnclosureLaw) -> Any:
@@ -111,13 +108,13 @@ def _enclosure_slope(slip: Any, enclosure: EnclosureLaw) -> Any:
 def state_rates(state: Any, case: PacedProblem) -> Any:
     """Return the rates of slip, speed, pace and heat."""
     slip, speed, pace, _ = state
-    law, setup, sheets = case.law, case.setup, _sliding_sheets(pace, case)
+    setup, sheets = case.setup, _sliding_sheets(pace, case)
     inside = xp.minimum(slip, case.overlap * (1 - 1e-9))
-    slope = law.power / (law.rest_speed + pace) * log_slope(inside, sheets)
-    falls = fan_tangent(slip, sheets).c - _enclosure_slope(slip, setup.enclosure)
+    slope = growth_slope(pace, case.brake) * log_slope(inside, sheets)
+    falls = friction_tangent(slip, sheets).c - _enclosure_slope(slip, setup.enclosure)
     pull = setup.k * (speed - pace) + falls * pace
     slows = case.gravity - paced_force(state, case) / setup.mass
-    rubs = fan_force(inside, sheets) * pace
+    rubs = friction_force(inside, sheets) * pace
     return xp.stack([pace, slows, pull / slope, rubs])
 
 
@@ -126,13 +123,13 @@ def _first_moment(case: PacedProblem, arrival: Any) -> tuple[Any, Any]:
 
     The factor a solves S'(0) a + e sqrt(a/2) = k v, with S' the derivative with respect to speed.
     """
-    setup, law = case.setup, case.law
+    setup, still = case.setup, rest_speed(case.brake)
     rise = log_slope(xp.zeros_like(arrival), _sliding_sheets(0.0, case))
-    slope = law.power / law.rest_speed * rise
+    slope = growth_slope(0.0, case.brake) * rise
     root = setup.enclosure.root / xp.sqrt(2.0)
     push = setup.k * arrival
     a = (2 * push / (root + xp.sqrt(root**2 + 4 * slope * push))) ** 2
-    time = BEGIN * xp.minimum(law.rest_speed, arrival) / a
+    time = BEGIN * xp.minimum(still, arrival) / a
     speed = arrival + (case.gravity - setup.onset / setup.mass) * time
     slip = a * time**2 / 2
     return time, xp.stack([slip, speed, a * time, setup.onset * slip])
@@ -146,7 +143,7 @@ def _try_step(run: Run, case: PacedProblem, greatest: Any, tolerance: Any) -> Ru
         xp.abs(errors[0]) / (xp.abs(slip) + 1e-6 * case.overlap),
         xp.maximum(
             xp.abs(errors[1]) / (xp.abs(speed) + 1e-3 * greatest),
-            xp.abs(errors[2]) / (case.law.rest_speed + xp.abs(pace)),
+            xp.abs(errors[2]) / (rest_speed(case.brake) + xp.abs(pace)),
         ),
     )
     error = error / tolerance
@@ -298,16 +295,9 @@ def paced_course(case: PacedProblem, speed: Any) -> Course:
     return Course(run.table, run.count, end, coarse)
 
 
-def new_case(
-    setup: Setup, gravity: Any, fan: Fan | None, brake: Brake, law: SpeedLaw
-) -> PacedProblem:
+def new_case(setup: Setup, gravity: Any, shapes: tuple[Any, ...], brake: Brake) -> PacedProblem:
     """Return the constants of a stop, all of the same shape; `setup` has the onset at rest."""
     shape = xp.shape(setup.kinetic)
-    safe = assemble(
-        SpeedLaw,
-        power=xp.where(law.power > 0, law.power, 1.0),  # type: ignore[arg-type]
-        test_speed=law.test_speed,
-        rest_speed=law.rest_speed,
-    )
-    case = PacedProblem(setup, brake.sheets.overlap, brake.sheets.usable_travel, gravity, safe, fan)
+    sheets = brake.sheets
+    case = PacedProblem(setup, sheets.overlap, sheets.usable_travel, gravity, brake, shapes)
     return map_leaves(lambda leaf: xp.broadcast_to(leaf, shape), case)

@@ -9,10 +9,10 @@ from typing import Any
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import without_gradient, xp
-from layerjam.brake.mechanics.effects import fix_speed
 from layerjam.brake.mechanics.law import law
 from layerjam.brake.mechanics.pull import brake_force, holding_vacuum
 from layerjam.brake.mechanics.roots import false_position
+from layerjam.brake.mechanics.speed_effects import fix_speed
 from layerjam.brake.mechanics.stop.exact import BOTTOMED_OUT, stop
 
 CLOSE = 1e-8
@@ -85,8 +85,8 @@ def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
 
     zero = xp.zeros_like(top)
     vacuum = top * (1 - _find_slip_root(excess, zero, zero + 1 - LEAST, slip))
-    stays = is_held(slip, xp.where(xp.isnan(vacuum), 0.0, vacuum), mass * gravity, brake)
-    return xp.where(stays, vacuum, xp.nan)
+    is_holding = is_held(slip, xp.where(xp.isnan(vacuum), 0.0, vacuum), mass * gravity, brake)
+    return xp.where(is_holding, vacuum, xp.nan)
 
 
 def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> tuple[Any, Any]:
@@ -94,12 +94,12 @@ def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) 
 
     Arrays of one shape.
     """
-    weight, full = mass * gravity, brake.site.atmosphere + xp.zeros_like(mass)
+    weight, full_vacuum = mass * gravity, brake.site.atmosphere + xp.zeros_like(mass)
     lowest = holding_vacuum(weight, slip, fix_speed(0.0, brake))
     holding = ~xp.isnan(lowest)
-    least = xp.maximum(xp.where(holding, lowest, full), LEAST * full)
+    min_vacuum = xp.maximum(xp.where(holding, lowest, full_vacuum), LEAST * full_vacuum)
     # both searches run at once, so that the stop is compiled once
-    vacuum, case = xp.stack([least, full]), (mass, slip, spring, gravity)
+    vacuum, case = xp.stack([min_vacuum, full_vacuum]), (mass, slip, spring, gravity)
     mass, slip, spring, gravity = (xp.stack([a, a]) + xp.zeros_like(vacuum) for a in case)
 
     def excess(pace: Any) -> Any:

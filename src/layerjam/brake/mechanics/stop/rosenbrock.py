@@ -77,6 +77,6 @@ def rosenbrock(rates: Rates, state: Any, h: Any) -> Step:
         return point, put(stages, i, new)
 
     # solve one after another in a loop, because unrolled code takes ten times longer to compile
-    none = jnp.zeros((6, *state.shape))
-    point, stages = repeat(6, stage, (state, none))
+    no_stages = jnp.zeros((6, *state.shape))
+    point, stages = repeat(6, stage, (state, no_stages))
     return Step(point + stages[5], stages[5])

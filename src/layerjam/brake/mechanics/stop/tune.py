@@ -4,14 +4,14 @@ from typing import Any
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import map_leaves, xp
-from layerjam.brake.mechanics.effects import depends_on_speed, has_speed_effects, ignore_speed
 from layerjam.brake.mechanics.enclosure import brake_enclosure
 from layerjam.brake.mechanics.energy import slip_work
-from layerjam.brake.mechanics.fan import fan_force, fan_work
 from layerjam.brake.mechanics.friction import sheet_law
 from layerjam.brake.mechanics.law import keep_if, law, safe_sqrt
 from layerjam.brake.mechanics.pull import holding_vacuum
 from layerjam.brake.mechanics.roots import crossing
+from layerjam.brake.mechanics.slip_effects import friction_force, friction_work
+from layerjam.brake.mechanics.speed_effects import depends_on_speed, has_speed_effects, ignore_speed
 from layerjam.brake.mechanics.stop.exact import STOPPED, stop
 from layerjam.brake.mechanics.stop.motion import rope_spring
 from layerjam.brake.mechanics.stop.paced_tune import (
@@ -25,8 +25,8 @@ from layerjam.brake.mechanics.stop.paced_tune import (
 def _absorbed_energy(vacuum: Any, weight: Any, slip: Any, spring: Any, brake: Brake) -> Any:
     """Return the kinetic energy of a mass that a vacuum [Pa] stops after a slip [m], in [J]."""
     sheets, enclosure = sheet_law(vacuum, brake), brake_enclosure(vacuum, brake)
-    force = fan_force(slip, sheets) + enclosure.force(slip)
-    work = fan_work(0.0 * slip, slip, sheets) + enclosure.work(slip)
+    force = friction_force(slip, sheets) + enclosure.force(slip)
+    work = friction_work(0.0 * slip, slip, sheets) + enclosure.work(slip)
     return work + force**2 / (2 * spring) - weight * (slip + force / spring)
 
 
@@ -55,13 +55,13 @@ def _balanced_vacuum(
 ) -> Any:
     """Return the vacuum that meets the energy balance at the end of the slip."""
     top = brake.site.atmosphere + xp.zeros_like(mass)
-    least = holding_vacuum(mass * gravity, slip, brake)
-    low = xp.where(xp.isnan(least), top, least)
+    holding = holding_vacuum(mass * gravity, slip, brake)
+    low = xp.where(xp.isnan(holding), top, holding)
 
     def excess(vacuum: Any) -> Any:
         return _absorbed_energy(vacuum, mass * gravity, slip, spring, brake) - mass * speed**2 / 2
 
-    return keep_if(~xp.isnan(least), crossing(excess, low, top))
+    return keep_if(~xp.isnan(holding), crossing(excess, low, top))
 
 
 @law
@@ -75,8 +75,10 @@ def tuned_stop(mass: Any, speed: Any, slip: Any, rope: Any, gravity: Any, brake:
     arrays = (mass, speed, slip, spring, gravity, brake.sheets.count)
     mass, speed, slip, spring, gravity, _ = xp.broadcast_arrays(*arrays)
     vacuum = tuned_vacuum(mass, speed, slip, spring, gravity, brake)
-    plain = ignore_speed(brake)
-    result = stop(mass, speed, xp.where(xp.isnan(vacuum), 0.0, vacuum), spring, gravity, plain)
+    constant_brake = ignore_speed(brake)
+    result = stop(
+        mass, speed, xp.where(xp.isnan(vacuum), 0.0, vacuum), spring, gravity, constant_brake
+    )
     is_met = (result.outcome == STOPPED) & (xp.abs(result.slip - slip) <= FARTHEST * slip)
     # a vacuum of `paced_vacuum` has already been tried
     return keep_if(is_met | xp.asarray(depends_on_speed(brake)), vacuum)
@@ -90,18 +92,18 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
     full vacuum. NaN if even that cannot hold it; if the slowest exceeds the fastest, there is no
     such speed. With a speed law stops are tried, as in `tuned_vacuum`.
     """
-    spring, full = rope_spring(rope, brake), brake.site.atmosphere
-    least = holding_vacuum(mass * gravity, slip, brake)
+    spring, full_vacuum = rope_spring(rope, brake), brake.site.atmosphere
+    min_vacuum = holding_vacuum(mass * gravity, slip, brake)
 
     def speed(vacuum: Any) -> Any:
         energy = _absorbed_energy(vacuum, mass * gravity, slip, spring, brake)
         return safe_sqrt(xp.maximum(energy, 0.0) * 2 / mass)
 
-    low, high = speed(least), keep_if(~xp.isnan(least), speed(full))
+    low, high = speed(min_vacuum), keep_if(~xp.isnan(min_vacuum), speed(full_vacuum))
     if not has_speed_effects(brake):
         return low, high
-    wide = xp.broadcast_arrays(mass, slip, spring, gravity, brake.sheets.count)[:4]
-    slowest, fastest = paced_speeds(*map_leaves(block_gradient, (*wide, brake)))
+    arrays = xp.broadcast_arrays(mass, slip, spring, gravity, brake.sheets.count)[:4]
+    slowest, fastest = paced_speeds(*map_leaves(block_gradient, (*arrays, brake)))
     has_speed = depends_on_speed(brake)
     return xp.where(has_speed, slowest, low), xp.where(has_speed, fastest, high)
 

@@ -84,9 +84,9 @@ def fit_bayes(
 
     if not curves:
         raise FitError("fit_bayes: no curve was given")
-    for name, value, least in (("draws", draws, 4), ("chains", chains, 1)):
-        if value < least:
-            raise FitError(f"{name}: {value} is not allowed; it must be at least {least}")
+    for name, value, minimum in (("draws", draws, 4), ("chains", chains, 1)):
+        if value < minimum:
+            raise FitError(f"{name}: {value} is not allowed; it must be at least {minimum}")
     mounting = _mounting_matrix(mountings, len(curves))
     data, beliefs = reduce_curves(curves), prior_moments(brake, mounting is not None)
     sites, divergent = sample_posterior(
@@ -125,8 +125,8 @@ def calibrate_bayesian(
     `sampling` is (draws per chain, chains, seed). Raises the same errors as `fit_bayes`.
     """
     draws, chains, seed = sampling
-    single = fit_curves(curves, brake)
-    mounting = find_mountings(curves, stack_logarithms(single))
+    single_fits = fit_curves(curves, brake)
+    mounting = find_mountings(curves, stack_logarithms(single_fits))
     fit = fit_bayes(
         curves,
         brake,
@@ -141,12 +141,14 @@ def calibrate_bayesian(
     values = {name: row.mean for name, row in rows.items()}
     errors = {name: row.sd for name, row in rows.items()}
     text = f"mean of the Bayesian posterior over {count} whole pulls"
-    pulls = make_pull_table(curves, *scale_enclosure(single, brake, values["enclosure_factor"]))
+    pulls = make_pull_table(
+        curves, *scale_enclosure(single_fits, brake, values["enclosure_factor"])
+    )
     shared_lines = (fitted_enclosure_line(), *list_common_lines(curves, brake, mounting))
     common = combine_common(shared_lines, mounting)
     intervals = {name: _widen_interval(row, common[name]) for name, row in rows.items()}
     a = "scale_factor"
-    half = intervals[a].half_width / values[a]
+    half_width = intervals[a].half_width / values[a]
     spread = (errors[a], float("inf"))
     enclosure = values["enclosure_factor"], errors["enclosure_factor"]
     errors = {name: interval.standard_error for name, interval in intervals.items()}
@@ -162,7 +164,7 @@ def calibrate_bayesian(
         common_errors=common,
         mountings=mounting.groups,
         covariance=_shape_covariance(fit, errors),
-        **calibrate_at_peaks(single),
+        **calibrate_at_peaks(single_fits),
         pulls=pulls,
         checks=(
             *fit.checks,
@@ -170,7 +172,7 @@ def calibrate_bayesian(
             check_zero(curves),
             check_enclosure(*enclosure, brake.enclosure.force_sd),
             *check_intervals(values, intervals),
-            *check_single_pulls(pulls, half),
+            *check_single_pulls(pulls, half_width),
         ),
         curves=tuple(curves),
         sources=make_shape_sources(brake, values, errors, text, "standard deviation"),

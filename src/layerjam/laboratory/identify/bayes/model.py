@@ -90,7 +90,7 @@ def priors(brake: Brake, mounted: bool = False) -> dict[str, Prior]:
     )
     slack = "the zero of each curve is already at the start of its rise"
     law = "fraction of the maximum force: from a good load cell to a law with a 10 % error"
-    alike = "the logit of the correlation of neighbouring means: 0.05 to 0.95"
+    memory_note = "the logit of the correlation of neighbouring means: 0.05 to 0.95"
     mounting_prior = Prior(
         0.05, 2.0, "as between repeats: each mounting has its own grips and friction"
     )
@@ -106,7 +106,7 @@ def priors(brake: Brake, mounted: bool = False) -> dict[str, Prior]:
         "stiffness_sd": Prior(0.05, 2.0, "as for the scale factor"),
         "slack": Prior(0.0, 1e-4, slack, "m", log=False),
         "residual": Prior(0.005, 1.5, law),
-        "correlation": Prior(0.0, 1.5, alike, log=False),
+        "correlation": Prior(0.0, 1.5, memory_note, log=False),
         **(mounting_priors if mounted else {}),
     }
 
@@ -155,12 +155,12 @@ def _split_curve(curve: Curve) -> list[tuple[Array, Array, Array]]:
     part = select_fitted_part(curve)
     if pull.straight:
         rise = force[: int(np.argmax(force)) + 1]
-        below = np.flatnonzero(rise <= LINEAR[1] * pull.peak_force)
-        end = int(below[-1]) + 1 if len(below) else 0
-        slides = u > SLIDES * pull.peak_force / pull.stiffness
+        indices_below = np.flatnonzero(rise <= LINEAR[1] * pull.peak_force)
+        end = int(indices_below[-1]) + 1 if len(indices_below) else 0
+        is_sliding = u > SLIDES * pull.peak_force / pull.stiffness
         pieces = [
             _average_stretches(u[part.start : end], force[part.start : end], RISE),
-            _average_stretches(u[slides], force[slides], SLIDE),
+            _average_stretches(u[is_sliding], force[is_sliding], SLIDE),
         ]
     else:
         pieces = [_average_stretches(u[part], force[part], SLIDE)]
@@ -332,19 +332,28 @@ def choose_start(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
     spring = np.array([c.pull.stiffness if c.pull.straight else center for c in curves])
     vacuum = data.vacuum[:, None]
     slip = np.clip(data.elongation - data.force / spring[:, None], 0.0, None)
-    late = data.real & (slip > 0.02 * brake.sheets.overlap)
+    is_late = data.real & (slip > 0.02 * brake.sheets.overlap)
     with_one = np.asarray(brake_force(slip, vacuum, brake))
-    loose = change_shape(brake, 0.0, brake.stiffness_measured, 1.0)
-    sleeve = np.asarray(brake_force(slip, vacuum, loose))
-    sheets = np.where(late, with_one - sleeve, 0.0).sum(axis=1)
-    sheet_force = np.where(late, data.force - sleeve, 0.0).sum(axis=1)
+    compliant = change_shape(brake, 0.0, brake.stiffness_measured, 1.0)
+    sleeve = np.asarray(brake_force(slip, vacuum, compliant))
+    sheets = np.where(is_late, with_one - sleeve, 0.0).sum(axis=1)
+    sheet_force = np.where(is_late, data.force - sleeve, 0.0).sum(axis=1)
     ratio = np.divide(sheet_force, sheets, out=np.ones_like(sheet_force), where=sheets > 0)
     factor = np.log(brake.scale_factor * np.clip(ratio, 0.05, 20.0))
-    flat = np.zeros(len(curves))
+    zeros = np.zeros(len(curves))
     own_k = np.log(spring)
-    wide = np.log(0.3)
+    log_scatter = np.log(0.3)
     return Sites(
-        factor.mean(), own_k.mean(), 0.0, wide, wide, 0.0, factor, own_k, flat, flat + np.log(0.01)
+        factor.mean(),
+        own_k.mean(),
+        0.0,
+        log_scatter,
+        log_scatter,
+        0.0,
+        factor,
+        own_k,
+        zeros,
+        zeros + np.log(0.01),
     )
 
 
@@ -362,8 +371,8 @@ def log_likelihood(residuals: Any, size: Any, phi: Any, data: Data) -> Any:
 
     A residual less phi times the previous one has the variance size^2 (1 - phi^2) + `white`^2.
     """
-    before = jnp.concatenate([jnp.zeros_like(residuals[:, :1]), residuals[:, :-1]], axis=1)
-    new = jnp.where(data.first, residuals, residuals - phi * before)
+    previous = jnp.concatenate([jnp.zeros_like(residuals[:, :1]), residuals[:, :-1]], axis=1)
+    new = jnp.where(data.first, residuals, residuals - phi * previous)
     fresh = size[:, None] ** 2 * jnp.where(data.first, 1.0, 1 - phi**2) + data.white**2
     terms = -0.5 * (new**2 / fresh + jnp.log(fresh))
     return jnp.where(data.real, terms, 0.0).sum()

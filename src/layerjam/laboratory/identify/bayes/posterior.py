@@ -158,11 +158,13 @@ class BayesFit:
     def summary(self) -> dict[str, Posterior]:
         """Return the brake, the scatter between repeats and the next pull ("next_..."), by name."""
         out = {n: self._make_row(n, v, m) for n, (v, m) in self.columns().items() if v.ndim == 2}
-        after = self.next_pull()
+        next_pull = self.next_pull()
         for name in ("scale_factor", "stiffness"):
             spec = QuantitySpec(out[name].unit, f"{name.replace('_', ' ')} of a further pull")
             prior = "the brake's value, with the scatter between repeats"
-            out[f"next_{name}"] = _summarise_draws(getattr(after, name), spec, None, None, prior)
+            out[f"next_{name}"] = _summarise_draws(
+                getattr(next_pull, name), spec, None, None, prior
+            )
         return out
 
     def _make_row(self, name: str, draws: Array, spec: QuantitySpec) -> Posterior:

@@ -112,13 +112,13 @@ def force_band(
     """
     u, pressure = _to_row("elongation", elongation, "m"), _to_row("vacuum", vacuum, "Pa")
     force = np.asarray(law.force_at_elongation(u, pressure, draws.brakes()))
-    snaps = np.isnan(force).mean(axis=0)
+    snap_share = np.isnan(force).mean(axis=0)
     if measured:
         height = np.nanmax(np.asarray(law.peak(pressure, u.max(), draws.brakes()).force), axis=1)
         random = np.random.default_rng([seed, 3])
         noise = random.standard_normal((len(draws), u.shape[1]))
         force = force + noise * (draws.residual * height)[:, None]
-    chances = {"snaps": snaps} if snaps.any() else {}
+    chances = {"snaps": snap_share} if snap_share.any() else {}
     return _make_band("force", "N", force, levels, chances)
 
 
@@ -140,9 +140,9 @@ def peak_band(
         else float(_to_row("travel", travel, "m"))
     )
     peak = law.peak(_to_row("vacuum", vacuum, "Pa"), longest, draws.brakes())
-    rises = 1 - np.asarray(peak.inside).mean(axis=0)
+    rising_share = 1 - np.asarray(peak.inside).mean(axis=0)
     return _make_band(
-        "peak force", "N", np.asarray(peak.force), levels, {"rises to the end": rises}
+        "peak force", "N", np.asarray(peak.force), levels, {"rises to the end": rising_share}
     )
 
 
@@ -162,10 +162,10 @@ def vacuum_band(
             f"overlap, {show(float(overlap), 'm')}"
         )
     brakes = draws.brakes()
-    least, greatest = (np.asarray(x) for x in law.force_limits(place, brakes))
-    full = np.broadcast_to(forces, (len(draws), forces.shape[1]))
-    vacuum = np.array(law.vacuum_for_force(full, place, brakes))
-    above, below = forces > greatest, forces < least
+    lowest_force, highest_force = (np.asarray(x) for x in law.force_limits(place, brakes))
+    full_forces = np.broadcast_to(forces, (len(draws), forces.shape[1]))
+    vacuum = np.array(law.vacuum_for_force(full_forces, place, brakes))
+    above, below = forces > highest_force, forces < lowest_force
     vacuum[above], vacuum[below] = np.inf, -np.inf
     chances = {"too strong": above.mean(axis=0), "enclosure alone": below.mean(axis=0)}
     return _make_band("vacuum", "Pa", vacuum, levels, chances)
@@ -209,8 +209,8 @@ def drop_band(
     spring = np.asarray(working_stiffness(brakes))
     if rope_stiffness is not None:
         spring = 1 / (1 / spring + 1 / _to_row("rope", rope_stiffness, "N/m", open_low=True))
-    full = (len(draws), pace.shape[1])
-    case = [np.broadcast_to(v, full) for v in (heavy, pace, pressure, spring, pull)]
+    shape = (len(draws), pace.shape[1])
+    case = [np.broadcast_to(v, shape) for v in (heavy, pace, pressure, spring, pull)]
     stops = stop(case[0], case[1], case[2], case[3], case[4], brakes)
     outcome = np.asarray(stops.outcome)
     names = {STOPPED: "stopped", NEVER_SLID: "never slid", BOTTOMED_OUT: "bottomed out"}

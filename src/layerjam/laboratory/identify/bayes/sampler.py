@@ -135,23 +135,25 @@ def find_start(
     It first fits every curve alone, with a wide scatter. It then fits all curves together, with the
     part of the scatter that exceeds the errors of the curves' values.
     """
-    flat = np.full(len(first.own_a), 0.01)
-    guess = Guess(CurveEstimates(first.own_a, flat), CurveEstimates(first.own_k, flat), mounting)
+    small_sites = np.full(len(first.own_a), 0.01)
+    guess = Guess(
+        CurveEstimates(first.own_a, small_sites), CurveEstimates(first.own_k, small_sites), mounting
+    )
     if mounting is not None:
         first = first._replace(log_mounting_sd_a=first.log_sd_a, log_mounting_sd_k=first.log_sd_k)
     place, root = find_mode(pack_sites(first, guess, beliefs), guess, data, brake, beliefs)
-    single = jax.tree.map(np.asarray, unpack_sites(place, guess, beliefs))
+    values = jax.tree.map(np.asarray, unpack_sites(place, guess, beliefs))
     # errors of the per-curve values: their change per unit along each column of the matrix root
     tops = [unpack_sites(place + column, guess, beliefs) for column in root.T]
     estimates = {}
     for name in ("own_a", "own_k"):
-        shifts = np.array([np.asarray(getattr(t, name)) for t in tops]) - getattr(single, name)
-        estimates[name] = CurveEstimates(getattr(single, name), np.sqrt((shifts**2).sum(axis=0)))
+        shifts = np.array([np.asarray(getattr(t, name)) for t in tops]) - getattr(values, name)
+        estimates[name] = CurveEstimates(getattr(values, name), np.sqrt((shifts**2).sum(axis=0)))
     guess = Guess(estimates["own_a"], estimates["own_k"], mounting)
     scatter = [np.log(_estimate_curve_scatter(t)) for t in guess[:2]]
     if mounting is not None:
-        single = single._replace(log_mounting_sd_a=scatter[0], log_mounting_sd_k=scatter[1])
-    together = single._replace(
+        values = values._replace(log_mounting_sd_a=scatter[0], log_mounting_sd_k=scatter[1])
+    together = values._replace(
         log_a=guess.a.place.mean(),
         log_k=guess.k.place.mean(),
         log_sd_a=scatter[0],

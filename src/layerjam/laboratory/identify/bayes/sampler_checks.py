@@ -93,10 +93,10 @@ def _check_divergences(fit: BayesFit) -> Check:
 
 def _check_draws(fit: BayesFit) -> Check:
     sizes = {n: chain_agreement(getattr(fit, n))[1] for n in (*SHAPE, "scale_factor_sd")}
-    least = min(sizes, key=lambda n: sizes[n])
-    sentence = f"the effective sample size is at least {sizes[least]:.0f}"
-    due = f" ({least.replace('_', ' ')}); an interval needs {ESS}, so use more draws"
-    return check("draws", sizes[least] >= ESS, sentence, due)
+    worst_name = min(sizes, key=lambda n: sizes[n])
+    sentence = f"the effective sample size is at least {sizes[worst_name]:.0f}"
+    advice = f" ({worst_name.replace('_', ' ')}); an interval needs {ESS}, so use more draws"
+    return check("draws", sizes[worst_name] >= ESS, sentence, advice)
 
 
 def _check_repeats(fit: BayesFit) -> Check:
@@ -168,8 +168,8 @@ def _check_slip_residuals(fit: BayesFit, data: Data) -> Check:
     part = slip / max(float(np.nanmax(np.where(data.real, slip, np.nan))), 1e-12)
     parts = []
     for low in (0.05, 0.25, 0.5, 0.75):
-        inside = data.real & (part >= low) & (part < (0.25 if low == 0.05 else low + 0.2501))
-        parts.append(float(residuals[inside].mean()) if inside.any() else 0.0)
+        is_inside = data.real & (part >= low) & (part < (0.25 if low == 0.05 else low + 0.2501))
+        parts.append(float(residuals[is_inside].mean()) if is_inside.any() else 0.0)
     percents = ", ".join(f"{p:+.2%}" for p in parts)
     sentence = f"mean residual in the quarters of the slip: {percents} of the maximum force"
     effect = ": the force does not fall as the law predicts, so intervals are too narrow"

@@ -68,7 +68,7 @@ class Budget:
     value: float = 1.0
 
     @property
-    def _parts(self) -> list[tuple[float, float]]:
+    def _list_uncertainties(self) -> list[tuple[float, float]]:
         if not any(c.relative for c in self.contributions if not c.supply):
             return []
         parts = [(c.relative, c.degrees) for c in self.contributions]
@@ -77,17 +77,21 @@ class Budget:
     @property
     def standard_uncertainty(self) -> float | None:
         """Standard uncertainty: the root of the sum of squares (GUM, 5.1.2)."""
-        return combine_uncertainties(self._parts)[0] if self._parts else None
+        return (
+            combine_uncertainties(self._list_uncertainties)[0] if self._list_uncertainties else None
+        )
 
     @property
     def degrees_of_freedom(self) -> float | None:
         """Effective degrees of freedom (GUM, annex G.4.1)."""
-        return combine_uncertainties(self._parts)[1] if self._parts else None
+        return (
+            combine_uncertainties(self._list_uncertainties)[1] if self._list_uncertainties else None
+        )
 
     @property
     def coverage_factor(self) -> float | None:
         """Ratio of expanded to standard uncertainty: Student's 95 % quantile (GUM, annex G.3.2)."""
-        return coverage_factor(self._parts) if self._parts else None
+        return coverage_factor(self._list_uncertainties) if self._list_uncertainties else None
 
     @property
     def expanded_uncertainty(self) -> float | None:
@@ -123,8 +127,10 @@ def round_to_uncertainty(value: float, uncertainty: float) -> tuple[str, str]:
     places = DIGITS - 1 - math.floor(math.log10(uncertainty))
     # round first, so that 0.0996 becomes 0.10
     places = DIGITS - 1 - math.floor(math.log10(round(uncertainty, places)))
-    text, reach = (f"{round(x, places):.{max(places, 0)}f}" for x in (value, uncertainty))
-    return text, reach
+    text, uncertainty_text = (
+        f"{round(x, places):.{max(places, 0)}f}" for x in (value, uncertainty)
+    )
+    return text, uncertainty_text
 
 
 def name_scatter(mountings: Sequence[Sequence[int]], count: int) -> str:

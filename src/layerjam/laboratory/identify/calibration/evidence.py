@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.brake_file import BrakeFile, updated_text
 from layerjam.brake.device.evidence import Evidence, Matrix, Part, as_tuples, state_fitted
 from layerjam.brake.device.spread import EXPONENT_SD, PRIOR_DEGREES, REPEAT_SD
 from layerjam.core.toml_files.source import Source
@@ -61,6 +61,13 @@ def make_calibration_evidence(
         ranges=_find_ranges(file, calibration),
         fitted=state_fitted("calibrate", file.known_values, changes),
     )
+
+
+def apply_calibration(file: BrakeFile, calibration: Calibration) -> BrakeFile:
+    """Return the file as `calibrate` writes it: with the fitted numbers and their evidence."""
+    changes = calibration.sources
+    evidence = make_calibration_evidence(file, calibration, changes)
+    return BrakeFile.read(updated_text(file, file.name, changes, evidence=evidence), file.name)
 
 
 def _assume_parts(calibration: Calibration) -> Parts:
@@ -155,11 +162,13 @@ def _split_scatter(calibration: Calibration, total: Array, degrees: float) -> Pa
         return joint_part
     logs = np.log(logs)
     means = np.array([logs[list(group)].mean(axis=0) for group in groups])
-    inside = np.concatenate([logs[list(g)] - m for g, m in zip(groups, means, strict=True)])
+    inner_deviations = np.concatenate(
+        [logs[list(g)] - m for g, m in zip(groups, means, strict=True)]
+    )
     freedom = count - len(groups)
     test_scatter, mounting_scatter = np.zeros((3, 3)), np.zeros((3, 3))
     # the mean of m pulls contains 1/m of the scatter within a mounting
-    test_scatter[:2, :2] = (inside.T @ inside) / freedom
+    test_scatter[:2, :2] = (inner_deviations.T @ inner_deviations) / freedom
     mounting_scatter[:2, :2] = np.cov(means.T)
     test_scatter, test_degrees = _pool(test_scatter, float(freedom), PRIOR_TEST)
     part = len(groups) / count

@@ -12,10 +12,17 @@ from typing import Any
 import numpy as np
 
 from layerjam.brake.device.brake import Brake
-from layerjam.brake.mechanics.effects import brake_growth, depends_on_speed, fix_speed
 from layerjam.brake.mechanics.pull import force_at_elongation
+from layerjam.brake.mechanics.speed_effects import (
+    brake_growth,
+    depends_on_speed,
+    fix_speed,
+    name_speed_effects,
+    test_speed,
+)
 from layerjam.brake.mechanics.tracing import in_double_precision, jax, jnp
 from layerjam.core.errors import FitError
+from layerjam.core.units import show
 from layerjam.laboratory.identify.curves import Curve, select_fitted_part
 from layerjam.laboratory.identify.shape import change_shape, drop_exponent
 
@@ -139,6 +146,13 @@ def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
             "that table",
         )
     return float(brake_growth(speed, brake))
+
+
+def describe_test_speed(brake: Brake) -> str:
+    """Return ", at 13 mm/s (brake's [speed_law])" if friction depends on speed, else ""."""
+    if not depends_on_speed(brake):
+        return ""
+    return f", at {show(test_speed(brake), 'm/s')} (brake's {name_speed_effects(brake)})"
 
 
 def fix_friction_speed(brake: Brake, speed: float | None, path: str) -> Brake:

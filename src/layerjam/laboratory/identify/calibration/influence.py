@@ -77,7 +77,7 @@ def make_estimates(
         intervals[name] = make_interval(name, value, scatter[name], common, method)
         bootstrap[name] = make_interval(name, value, repeat, common, BOOTSTRAP)
     names = [c.name for c in curves]
-    alike = {describe_condition(curves[group[0]]): group for group in groups}
+    group_of_condition = {describe_condition(curves[group[0]]): group for group in groups}
     logs = {name: values[name] for name in logarithmic}
     sizes = {name: 1.0 if name in logarithmic else value for name, value in values.items()}
     log_contrasts = {
@@ -93,8 +93,10 @@ def make_estimates(
         "standard_errors": {n: i and i.standard_error for n, i in intervals.items()},
         "intervals": intervals,
         "bootstrap": bootstrap,
-        "leave_one_out": compute_shifts(population, contrasts, names, alike, logs),
-        "further": predict_further_pulls(population, contrasts, alike, sizes, common_errors, units),
+        "leave_one_out": compute_shifts(population, contrasts, names, group_of_condition, logs),
+        "further": predict_further_pulls(
+            population, contrasts, group_of_condition, sizes, common_errors, units
+        ),
     }
 
 
@@ -143,8 +145,8 @@ def compute_shifts(
     the values whose logarithm is estimated. The shifts are first-order. A file that alone
     determines the value has no shift.
     """
-    single = {name: (place,) for place, name in enumerate(number_duplicates(names))}
-    sets = single, groups if len(groups) > 1 else {}
+    single_places = {name: (place,) for place, name in enumerate(number_duplicates(names))}
+    sets = single_places, groups if len(groups) > 1 else {}
     shifts = [
         {
             words: shift
@@ -157,8 +159,10 @@ def compute_shifts(
     for name, contrast in contrasts.items():
         value = (logarithmic or {}).get(name)
         files, conditions = (_rank_shifts(group, contrast, value) for group in shifts)
-        greatest = next(iter(files), None)
-        influences[name] = Influence(most_influential=greatest, files=files, conditions=conditions)
+        most_influential = next(iter(files), None)
+        influences[name] = Influence(
+            most_influential=most_influential, files=files, conditions=conditions
+        )
     return influences
 
 

@@ -50,8 +50,8 @@ def coverage_factor(parts: Sequence[tuple[float, float]]) -> float:
     the Welch-Satterthwaite formula alone could make a further contribution reduce it.
     """
     total, degrees = combine_uncertainties(parts)
-    single = [quantile(freedom) * u / total for u, freedom in parts if u > 0]
-    return max([quantile(degrees), *single])
+    contributions = [quantile(freedom) * u / total for u, freedom in parts if u > 0]
+    return max([quantile(degrees), *contributions])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,10 +142,10 @@ class Population:
     def shift(self, left_out: Sequence[int]) -> np.ndarray | None:
         """Return the shift of the estimate (q,) without these curves; None if undetermined."""
         out = list(left_out)
-        others = np.delete(self.information, out, axis=0).sum(axis=0)
-        if not _is_invertible(others):
+        other_information = np.delete(self.information, out, axis=0).sum(axis=0)
+        if not _is_invertible(other_information):
             return None
-        return -np.linalg.solve(others, self.score[out].sum(axis=0))
+        return -np.linalg.solve(other_information, self.score[out].sum(axis=0))
 
     def _adjust_design(self) -> np.ndarray | None:
         """Return (I - H)^(-1/2) times each curve's design, H its leverage; None if H is 1."""
@@ -174,7 +174,7 @@ class Population:
             return None
         total = self.information.sum(axis=0)
         lever = designs @ np.linalg.solve(total, contrast)
-        moves = np.einsum("gr,gr->g", lever, self.residual)
+        shifts = np.einsum("gr,gr->g", lever, self.residual)
         pull = np.einsum("gri,gr->gi", self.design, lever)
         product = np.diag((lever**2).sum(axis=1)) - pull @ np.linalg.solve(total, pull.T)
         square = float((product**2).sum())
@@ -182,7 +182,7 @@ class Population:
             return None
         degrees = float(np.trace(product)) ** 2 / square
         # remove rounding errors, so that n - 1 is a whole number
-        return float(np.sqrt((moves**2).sum())), round(degrees, 12)
+        return float(np.sqrt((shifts**2).sum())), round(degrees, 12)
 
     def covariance(self) -> np.ndarray:
         """Return the sandwich covariance of the estimate (q, q); NaN if unknown."""
@@ -190,9 +190,9 @@ class Population:
         size = len(self.estimate)
         if designs is None:
             return np.full((size, size), np.nan)
-        moves = np.einsum("gri,gr->gi", designs, self.residual)
+        shifts = np.einsum("gri,gr->gi", designs, self.residual)
         inverse = np.linalg.inv(self.information.sum(axis=0))
-        return np.asarray(inverse @ (moves.T @ moves) @ inverse)
+        return np.asarray(inverse @ (shifts.T @ shifts) @ inverse)
 
     def bootstrap(
         self, groups: Sequence[Sequence[int]], seed: int, resamples: int = RESAMPLES
@@ -213,16 +213,18 @@ class Population:
             draws = random.multinomial(size - 1, np.full(size, 1 / size), size=resamples)
             weight[:, list(group)] = draws * size / (size - 1)
         totals = np.einsum("bg,gij->bij", weight, self.information)
-        fine = _is_invertible(totals)
-        moves = np.linalg.solve(totals[fine], (weight[fine] @ self.score)[..., None])[..., 0]
-        return self.estimate + moves, max(self.count - len(groups), 0)
+        is_invertible = _is_invertible(totals)
+        shifts = np.linalg.solve(
+            totals[is_invertible], (weight[is_invertible] @ self.score)[..., None]
+        )[..., 0]
+        return self.estimate + shifts, max(self.count - len(groups), 0)
 
 
 def _is_invertible(matrices: np.ndarray) -> np.ndarray:
     """Return which symmetric matrices (..., q, q) are invertible once their rows are scaled."""
     scale = np.sqrt(np.maximum(np.diagonal(matrices, axis1=-2, axis2=-1), 0.0))
     if scale.shape[-1] == 1:
-        return np.asarray(scale[..., 0] > 0)  # scale the rows to one
+        return np.asarray(scale[..., 0] > 0)  # scale the diagonal to one
     safe = np.where(scale > 0, scale, 1.0)
     inner = matrices / (safe[..., :, None] * safe[..., None, :])
     return np.asarray((scale > 0).all(axis=-1) & (np.linalg.cond(inner) < 1e10))
@@ -262,7 +264,10 @@ class Further:
     """Relative standard uncertainty that further pulls do not reduce."""
 
     def half_width(
-        self, condition: str = "", added_pulls: int | np.ndarray = 0, chance: float | None = None
+        self,
+        condition: str = "",
+        added_pulls: int | np.ndarray = 0,
+        chance: float | None = None,
     ) -> np.ndarray:
         """Return the relative half-width of the interval with `added_pulls` under a condition.
 

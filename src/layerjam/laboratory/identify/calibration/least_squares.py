@@ -107,8 +107,8 @@ def fit_jointly(
     )[0]
     offset = "force_offset" in free
     names_of = [c.name for c in curves]
-    single = _fit_each_curve(start, means, names_of, brake, offset)
-    point, noise = single.own, single.noise
+    single_fits = _fit_each_curve(start, means, names_of, brake, offset)
+    point, noise = single_fits.own, single_fits.noise
     is_settled, rounds = False, 0
     for rounds in range(1, ROUNDS + 1):
         prior = np.einsum("gij,j->gi", design, estimate) + base
@@ -137,7 +137,7 @@ def fit_jointly(
         names=names,
         population=Population(estimate=estimate, design=seen_design, residual=residuals),
         own=own_fit,
-        alone=single,
+        alone=single_fits,
         reduced=means,
         design=design,
         held=base,
@@ -199,9 +199,9 @@ def _make_design(
         known_speeds = [c.speed for c in curves]
         speeds = np.array([np.nan if s is None else s for s in known_speeds])
         if np.isnan(speeds).any():
-            missing = next(c.name for c, s in zip(curves, known_speeds, strict=True) if s is None)
+            unknown = next(c.name for c, s in zip(curves, known_speeds, strict=True) if s is None)
             raise FitError(
-                f"speed: {missing} has neither a speed nor a time; state the speed in a sidecar"
+                f"speed: {unknown} has neither a speed nor a time; state the speed in a sidecar"
             )
         if speeds.max() < 1.2 * speeds.min():
             raise FitError(
@@ -228,10 +228,10 @@ def _find_start_values(curves: Sequence[Curve], brake: Brake, base: np.ndarray) 
     straight = [c.pull.stiffness for c in curves if c.pull.straight]
     typical_spring = float(np.median(straight)) if straight else float(working_stiffness(brake))
     spring = [c.pull.stiffness if c.pull.straight else typical_spring for c in curves]
-    bare = drop_exponent(brake)
+    linear_brake = drop_exponent(brake)
     peaks = np.array([c.pull.peak_force for c in curves])
     vacuums = np.array([c.vacuum for c in curves])
-    factors = np.asarray(scale_factor_of_peak(peaks, vacuums, bare))
+    factors = np.asarray(scale_factor_of_peak(peaks, vacuums, linear_brake))
     finite = np.isfinite(factors) & np.array([c.pull.has_peak for c in curves])
     logs = np.log(np.where(finite, factors, 1.0)) - base[:, 0]
     typical = float(np.median(logs[finite])) if finite.any() else float(np.log(brake.scale_factor))
@@ -285,19 +285,22 @@ def fit_own_parameters(
     count = len(means)
     places = np.arange(-(-count // BLOCK) * BLOCK)
     places[count:] = 0  # pad the last block
-    widths, bare = np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9], drop_exponent(brake)
+    widths, linear_brake = (
+        np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9],
+        drop_exponent(brake),
+    )
     blocks = []
     for block in places.reshape(-1, BLOCK):
         curves = jax.tree.map(lambda a, at=block: a[at], (start, prior, means, noise))
-        blocks.append(_compile_solver()(*curves, widths, bare))
+        blocks.append(_compile_solver()(*curves, widths, linear_brake))
     point, information, residual = (np.concatenate(a)[:count] for a in zip(*blocks, strict=True))
     weight = means.weight
     stretches = (weight > 0).sum(axis=1)
     variance = (weight * residual**2).sum(axis=1) / np.maximum(stretches - 5, 1)
-    alike = np.array(
+    starts = np.array(
         [_neighbour_correlation(r[w > 0]) for r, w in zip(residual, weight, strict=True)]
     )
-    noise_levels = np.sqrt(variance * (1 + alike) / (1 - alike))
+    noise_levels = np.sqrt(variance * (1 + starts) / (1 - starts))
     return OwnFit(
         own=point,
         information=information,
@@ -344,14 +347,20 @@ def _compile_solver() -> Any:
             step = jnp.linalg.solve(matrix + damping * jnp.diag(jnp.diag(matrix)), descent)
             trial = point + step
             new = normal(trial)
-            fine = new[0] <= cost
-            small = jnp.max(jnp.abs(step)) < 1e-10
+            is_accepted = new[0] <= cost
+            has_converged = jnp.max(jnp.abs(step)) < 1e-10
             state_kept = [
-                jnp.where(fine, a, b)
+                jnp.where(is_accepted, a, b)
                 for a, b in zip((trial, *new), (point, cost, descent, square), strict=True)
             ]
-            damping = jnp.where(fine, damping / 10, damping * 8)
-            return state_kept[0], jnp.maximum(damping, 1e-12), *state_kept[1:], count + 1, small
+            damping = jnp.where(is_accepted, damping / 10, damping * 8)
+            return (
+                state_kept[0],
+                jnp.maximum(damping, 1e-12),
+                *state_kept[1:],
+                count + 1,
+                has_converged,
+            )
 
         def is_unfinished(state: Any) -> Any:
             return (state[5] < 60) & ~state[6] & (state[1] < 1e12)

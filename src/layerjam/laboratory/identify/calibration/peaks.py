@@ -32,7 +32,11 @@ from layerjam.laboratory.identify.calibration.common import (
     describe_basis,
     list_common_lines,
 )
-from layerjam.laboratory.identify.calibration.forward import fix_friction_speed, friction_growth
+from layerjam.laboratory.identify.calibration.forward import (
+    describe_test_speed,
+    fix_friction_speed,
+    friction_growth,
+)
 from layerjam.laboratory.identify.calibration.influence import estimate_covariance, make_estimates
 from layerjam.laboratory.identify.calibration.intervals import Interval, Population
 from layerjam.laboratory.identify.calibration.mountings import find_mountings
@@ -80,11 +84,11 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     if vacuum <= 0:
         raise FitError.of(pull.path, f"a vacuum of {show(vacuum, 'Pa')} jams no sheet")
     if not pull.has_peak:
-        least = show(float(peak_vacuum(brake)), "Pa")
+        peak_limit = show(float(peak_vacuum(brake)), "Pa")
         raise FitError.of(
             pull.path,
             f"the force rises to the end: there is no peak to calibrate on (this "
-            f"brake peaks above a vacuum of {least}; was the travel long enough?)",
+            f"brake peaks above a vacuum of {peak_limit}; was the travel long enough?)",
         )
     if not pull.straight and not pull.is_sparse:
         raise FitError.of(
@@ -101,10 +105,10 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     factor = float(scale_factor_of_peak(pull.peak_force, vacuum, brake))
     if not np.isfinite(factor):
         root = float(enclosure_law(vacuum, brake).root)
-        least = show(root * brake.sheets.overlap**0.5, "N")
+        peak_limit = show(root * brake.sheets.overlap**0.5, "N")
         raise FitError.of(
             pull.path,
-            f"a peak of {show(pull.peak_force, 'N')} is below {least}, the minimum that "
+            f"a peak of {show(pull.peak_force, 'N')} is below {peak_limit}, the minimum that "
             "the enclosure's law allows at this vacuum",
         )
     step = pull.peak_force * 1e-6
@@ -173,8 +177,8 @@ def make_pull_table(
     law_factors: Array | None = None,
 ) -> tuple[SinglePull, ...]:
     """Return the table of pulls with its outliers; `law_factors` is as in `make_single_pulls`."""
-    rises = [f.stiffness for f in fits if f is not None and f.stiffness is not None]
-    parts = fit_after_peaks(fits, float(np.mean(rises)) if rises else None, brake)
+    stiffnesses = [f.stiffness for f in fits if f is not None and f.stiffness is not None]
+    parts = fit_after_peaks(fits, float(np.mean(stiffnesses)) if stiffnesses else None, brake)
     return make_single_pulls(curves, fits, parts, law_factors)
 
 
@@ -182,9 +186,9 @@ def calibrate_at_peaks(all_fits: Sequence[PullFit | None]) -> dict[str, Any]:
     """Return the fields of a Calibration, from the pulls that have a peak."""
     fits = [f for f in all_fits if f is not None]
     vacuums = [f.vacuum for f in fits]
-    alike = bool(fits) and np.ptp(vacuums) <= 0.01 * max(vacuums)
+    has_one_vacuum = bool(fits) and np.ptp(vacuums) <= 0.01 * max(vacuums)
 
-    def mean(values: Sequence[float | None], known: bool = alike) -> float | None:
+    def mean(values: Sequence[float | None], known: bool = has_one_vacuum) -> float | None:
         numbers = [v for v in values if v is not None]
         return float(np.mean(numbers)) if known and numbers else None
 
@@ -242,10 +246,9 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     scatter = fields.pop("scatter")[a]
     repeats = scatter_line(scatter, values[a], name_scatter(mounting.groups, count))
     peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
-    if law := brake.active_speed_law:
-        peak += f", at {show(law.test_speed, 'm/s')} (brake's [speed_law])"
-    rises = ", ".join(Path(f.pull.path).name for f in fits if f.stiffness is not None)
-    slope = f"slope before onset of {rises}"
+    peak += describe_test_speed(brake)
+    file_names = ", ".join(Path(f.pull.path).name for f in fits if f.stiffness is not None)
+    slope = f"slope before onset of {file_names}"
     pulls = make_pull_table(curves, fits, brake)
     return Calibration(
         **fields,
@@ -307,12 +310,12 @@ def _estimate_means(
             fields.setdefault(key, {}).update(by_name)
     population = join_means(values_of).join_groups(mountings)
     unit = dict(zip(values_of, np.eye(len(values_of)), strict=True))
-    both = (
+    has_both = (
         estimate_covariance(population, unit) if len(fields["covariance"]) == len(values_of) else {}
     )
-    for name, second in permutations(both, 2):
-        fields["covariance"][name][second] = both[name][second]
-    if not both:
+    for name, second in permutations(has_both, 2):
+        fields["covariance"][name][second] = has_both[name][second]
+    if not has_both:
         fields["covariance"] = {}
     return fields
 
@@ -339,9 +342,11 @@ def check_calibration(
 ) -> tuple[Check, ...]:
     """Return all checks of a calibration; `interval` is that of the scale factor."""
     factors = [f.scale_factor for f in fits]
-    rises = [f.stiffness for f in fits if f.stiffness is not None]
-    factor, stiffness = float(np.mean(factors)), float(np.mean(rises))
-    few = "" if len(rises) == len(fits) else f" (from {len(rises)} of {len(fits)} pulls)"
+    stiffnesses = [f.stiffness for f in fits if f.stiffness is not None]
+    factor, stiffness = float(np.mean(factors)), float(np.mean(stiffnesses))
+    count_text = (
+        "" if len(stiffnesses) == len(fits) else f" (from {len(stiffnesses)} of {len(fits)} pulls)"
+    )
     fitted_brake = evolve(brake, stiffness_measured=stiffness)
     last = [
         (
@@ -357,7 +362,7 @@ def check_calibration(
     checks = [
         note_identifiability(brake),
         check_plausibility(factor),
-        check_stiffness(stiffness, float(stiffness_before_slip(brake)), few),
+        check_stiffness(stiffness, float(stiffness_before_slip(brake)), count_text),
         check_agreement(factors, [f.scale_factor_se for f in fits]),
         check_no_trend(factors, [f.vacuum for f in fits], "vacuum", "Pa"),
         *check_enclosures(pulls, brake.enclosure.force_sd),
@@ -396,8 +401,8 @@ def fit_after_peaks(
         factor[row] = fit.scale_factor * fit.growth
     # the slip is given, so it is not a degree of freedom
     spring = stiffness or brake.stiffness_measured or 1.0
-    loose, stiff = (change_shape(brake, a, spring, 1.0) for a in (0.0 * factor, factor))
-    enclosure = np.asarray(brake_force(slips, vacuum, loose))
+    enclosure_only, stiff = (change_shape(brake, a, spring, 1.0) for a in (0.0 * factor, factor))
+    enclosure = np.asarray(brake_force(slips, vacuum, enclosure_only))
     sheets = np.asarray(brake_force(slips, vacuum, stiff)) - enclosure
     for row, (place, _, slip, force) in enumerate(parts):
         basis = np.stack([sheets[row, : len(slip)], enclosure[row, : len(slip)]])
@@ -428,7 +433,3 @@ def _fit_sliding_part(basis: Array, force: Array) -> SlidingFit | None:
     residuals = force - share * basis[0] - sleeve * basis[1]
     error = np.sqrt(residuals @ residuals / (len(residuals) - 2) * enclosure / determinant)
     return SlidingFit(float(share) - 1, float(sleeve)) if error < SMALL / 2 else None
-
-
-pull_table, calibration_checks = make_pull_table, check_calibration  # former names
-after_peaks = fit_after_peaks  # former name

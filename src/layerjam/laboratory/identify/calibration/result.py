@@ -103,7 +103,7 @@ def make_shape_sources(
     friction are scaled alike, because only their product is known.
     """
     factor, error = values["enclosure_factor"], errors["enclosure_factor"]
-    both = Source(
+    source = Source(
         kind="calibrated",
         text=f"{text}; only the product of the enclosure's modulus and friction is known, so both "
         "are scaled",
@@ -114,10 +114,7 @@ def make_shape_sources(
     return {
         "scale_factor": make_source(values[a], friction, errors[a], "1", word),
         "stiffness_measured": make_source(values[k], text, errors[k], "N/m", word),
-        "enclosure.modulus": (float(brake.enclosure.modulus * factor), both),
-        "film.friction_on_silicone": (float(brake.film.friction_on_silicone * factor), both),
+        "enclosure.modulus": (float(brake.enclosure.modulus * factor), source),
+        "film.friction_on_silicone": (float(brake.film.friction_on_silicone * factor), source),
         **({} if error is None else {ENCLOSURE: make_source(error / factor, text, None, "1")}),
     }
-
-
-shape_sources = make_shape_sources  # former name

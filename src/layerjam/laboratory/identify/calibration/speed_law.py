@@ -48,18 +48,18 @@ def make_speed_sources(
     if law is None:
         if old is None:
             return {}
-        none = (
+        no_law_text = (
             "the fitted friction does not grow with speed in a form that a brake file can express"
         )
-        return {"speed_law.power": make_source(0.0, f"{text}: {none}", None, "1")}
+        return {"speed_law.power": make_source(0.0, f"{text}: {no_law_text}", None, "1")}
     error = errors["speed_slope"]
     spread = None if error is None else error * law.power / values["speed_slope"]
     basis = "speed at which the scale factor applies: mean of the pulls"
-    below = "a hundredth of the slowest pull's speed; nothing was measured below it"
+    source_text = "a hundredth of the slowest pull's speed; nothing was measured below it"
     return {
         "speed_law.power": make_source(law.power, text, spread, "1"),
         "speed_law.test_speed": make_source(law.test_speed, basis, None, "m/s"),
-        "speed_law.rest_speed": (law.rest_speed, Source(kind="assumed", text=below)),
+        "speed_law.rest_speed": (law.rest_speed, Source(kind="assumed", text=source_text)),
         "speed_law.fastest": make_source(max(speeds), "fastest of the pulls", None, "m/s"),
     }
 

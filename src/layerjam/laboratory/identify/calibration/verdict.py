@@ -81,8 +81,8 @@ def judge_identifiability(fit: JointFit) -> Identifiability:
     """Return the identifiability of the shared parameters from the information of all curves."""
     total = np.einsum("gki,gkl,glj->ij", fit.design, fit.own.information, fit.design)
     scale = np.sqrt(np.maximum(np.diag(total), 1e-300))
-    alike = total / np.outer(scale, scale)
-    condition = float(np.linalg.cond(alike))
+    unit_matrix = total / np.outer(scale, scale)
+    condition = float(np.linalg.cond(unit_matrix))
     if not condition < 1e14:
         return Identifiability(
             condition_number=np.inf,
@@ -90,7 +90,7 @@ def judge_identifiability(fit: JointFit) -> Identifiability:
             least_apart=None,
             correlation=1.0,
         )
-    covariance = np.linalg.inv(alike)
+    covariance = np.linalg.inv(unit_matrix)
     root = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     correlation = covariance / np.outer(root, root) - np.eye(len(root))
     first, second = divmod(int(np.abs(correlation).argmax()), len(root))
@@ -172,10 +172,10 @@ def check_repeats(fit: JointFit) -> Check:
     groups = [g for g in fit.groups if len(g) > 1]
     if groups:
         basis += " about the law they share"
-        alike = _pooled_sd(deviations, groups)
-        if alike <= spread:
+        repeat_sd = _pooled_sd(deviations, groups)
+        if repeat_sd <= spread:
             condition_count = count_text(len(groups), "condition")
-            spread, basis = alike, f"{sum(map(len, groups))} pulls of {condition_count}"
+            spread, basis = repeat_sd, f"{sum(map(len, groups))} pulls of {condition_count}"
     noise = np.sqrt(np.abs(np.linalg.pinv(fit.own.information)[:, 0, 0]))
     return check_scatter(spread, float(np.median(noise)), basis)
 
@@ -220,23 +220,25 @@ def check_single_curves(fit: JointFit, names: Sequence[str]) -> Check:
     law = fit.design @ fit.population.estimate + fit.held
     deviations = (fit.own.own - np.pad(law, ((0, 0), (0, 2))))[:, :2]
     deviations = deviations - np.median(deviations, axis=0)
-    odd, parameter = np.unravel_index(int(np.abs(deviations).argmax()), deviations.shape)
-    farthest = float(deviations[odd, parameter])
+    curve, parameter = np.unravel_index(int(np.abs(deviations).argmax()), deviations.shape)
+    farthest = float(deviations[curve, parameter])
     word = WORDS[fit.names[int(parameter)]]
     advice = "check its units of force and elongation and its vacuum, or leave the file out"
     follows = bool(misfits[worst] <= MISSES)
-    alike = abs(farthest) <= np.log(UNLIKE)
+    is_ok = abs(farthest) <= np.log(UNLIKE)
     if not follows:
         sentence = f"{names[worst]} deviates from the law by {misfits[worst]:.1%} of its peak"
-    elif not alike:
-        sentence = f"{word} of {names[int(odd)]} is {np.exp(farthest):.3g} times that of the others"
+    elif not is_ok:
+        sentence = (
+            f"{word} of {names[int(curve)]} is {np.exp(farthest):.3g} times that of the others"
+        )
     else:
         sentence = (
             f"every curve follows the law within {misfits[worst]:.1%} of its peak, and none "
             f"has a scale factor or stiffness that differs by more than "
             f"{abs(farthest):.1%} from the others"
         )
-    return check("single curves", follows and alike, sentence, f": {advice}")
+    return check("single curves", follows and is_ok, sentence, f": {advice}")
 
 
 def check_slip_residuals(fit: JointFit) -> Check:
@@ -246,18 +248,22 @@ def check_slip_residuals(fit: JointFit) -> Check:
     middle = np.nanmean(means, axis=0)
     if count > 1:
         error = np.nanstd(means, axis=0, ddof=1) / np.sqrt(count)
-        sure = special.stdtrit(count - 1, 1 - (1 - SURE) / (2 * SECTIONS))
-        bad = (np.abs(middle) > MATTERS) & (np.abs(middle) > sure * error)
+        t_factor = special.stdtrit(count - 1, 1 - (1 - SURE) / (2 * SECTIONS))
+        is_significant = (np.abs(middle) > MATTERS) & (np.abs(middle) > t_factor * error)
     else:
-        bad = np.abs(middle) > MATTERS
-    worst = int(np.nanargmax(np.abs(np.where(bad, middle, 0) if bad.any() else middle)))
+        is_significant = np.abs(middle) > MATTERS
+    worst = int(
+        np.nanargmax(
+            np.abs(np.where(is_significant, middle, 0) if is_significant.any() else middle)
+        )
+    )
     part = f"{worst / SECTIONS:.0%} to {(worst + 1) / SECTIONS:.0%} of the slip"
     sentence = (
         f"from {part} the curves deviate by {middle[worst]:+.2%} of the peak from their own fit"
     )
-    if not bad.any():
+    if not is_significant.any():
         sentence = f"no trend over slip: at most {abs(middle[worst]):.2%} of the peak remains"
-    return check("residuals over slip", not bad.any(), sentence)
+    return check("residuals over slip", not is_significant.any(), sentence)
 
 
 def mean_section_residuals(fit: JointFit) -> np.ndarray:
@@ -275,9 +281,11 @@ def mean_section_residuals(fit: JointFit) -> np.ndarray:
         part = slip / slip[sliding].max() * SECTIONS
         part = np.clip(part.astype(int), 0, SECTIONS - 1)
         for section in range(SECTIONS):
-            inside = sliding & (part == section)
-            if inside.any():
-                out[place, section] = np.average(residual[inside], weights=weight[inside]) / height
+            is_inside = sliding & (part == section)
+            if is_inside.any():
+                out[place, section] = (
+                    np.average(residual[is_inside], weights=weight[is_inside]) / height
+                )
     return out
 
 
@@ -308,14 +316,14 @@ def check_drift(
     freedom = line.freedom - free
     error = line.slope_se * float(np.sqrt(line.freedom / freedom))
     change = line.slope * float(np.ptp(x))
-    sure = abs(line.slope) > quantile(freedom, SURE) * error
+    is_significant = abs(line.slope) > quantile(freedom, SURE) * error
     span = f"{show(float(quantities.min()), unit)} to {show(float(quantities.max()), unit)}"
     sentence = (
         f"over {quantity} from {span} the {word} {'bends' if free else 'changes'} by {change:+.1%}"
     )
-    fine = not (sure and abs(change) > SMALL)
+    is_ok = not (is_significant and abs(change) > SMALL)
     level: Level = "failed" if abs(change) > impossible else "warning"
-    return check(f"{word} over {quantity}", fine, sentence, level=level)
+    return check(f"{word} over {quantity}", is_ok, sentence, level=level)
 
 
 def check_enclosures(pulls: Sequence[SinglePull], sd: float) -> Iterator[Check]:

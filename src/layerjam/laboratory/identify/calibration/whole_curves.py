@@ -21,7 +21,7 @@ from layerjam.laboratory.identify.calibration.common import (
     describe_basis,
     list_common_lines,
 )
-from layerjam.laboratory.identify.calibration.forward import friction_growth
+from layerjam.laboratory.identify.calibration.forward import describe_test_speed, friction_growth
 from layerjam.laboratory.identify.calibration.influence import make_estimates
 from layerjam.laboratory.identify.calibration.least_squares import FREE, JointFit, fit_jointly
 from layerjam.laboratory.identify.calibration.mountings import find_mountings
@@ -133,9 +133,9 @@ def _list_fit_checks(
     scatter: Mapping[str, tuple[float, float] | None],
 ) -> tuple[Check, ...]:
     """Return the checks of the fit, and that no single file determines it."""
-    single = check_single_file(fields["leave_one_out"], scatter)
+    single_check = check_single_file(fields["leave_one_out"], scatter)
     checks = check_curves(fit, brake, fields["values"], curves)
-    return (*checks, *(() if single is None else (single,)))
+    return (*checks, *(() if single_check is None else (single_check,)))
 
 
 def _half_width(fields: Mapping[str, Any]) -> float | None:
@@ -169,14 +169,15 @@ def _make_brake_sources(
     errors: Mapping[str, float | None],
     brake: Brake,
 ) -> dict[str, tuple[float, Source]]:
-    text, condition = f"least squares over {len(fit.reduced)} whole pulls", ""
+    text, condition = (
+        f"least squares over {len(fit.reduced)} whole pulls",
+        describe_test_speed(brake),
+    )
     if fit.reference_speed is not None:
         condition = (
             f", at {show(fit.reference_speed, 'm/s')}; its logarithm changes by "
             f"{values['speed_slope']:+.3g} per decade of speed"
         )
-    elif law := brake.active_speed_law:
-        condition = f", at {show(law.test_speed, 'm/s')} (brake's [speed_law])"
     sources = make_shape_sources(brake, values, errors, text, condition=condition)
     if "pressure_exponent" in values:
         exponent, error = values["pressure_exponent"], errors["pressure_exponent"]

@@ -86,12 +86,12 @@ def check_friction(
     for name, mean in means.items():
         if mean is not None and mean.low is not None and mean.high is not None:
             # as wide as the interval about the mean; a log scale would reject more campaigns
-            reach = mean.mean * math.log(mean.high / mean.mean)
-            low = max(mean.mean - reach, mean.low)
-            interval = interval_check(f"{name} friction", mean.mean, low, mean.mean + reach)
-            checks.append(_soften(interval) if name == "static" else interval)
-    both = zip(values["static"], values["kinetic"], names, strict=True)
-    ratios = {name: static / kinetic for static, kinetic, name in both if static and kinetic}
+            half_width = mean.mean * math.log(mean.high / mean.mean)
+            low = max(mean.mean - half_width, mean.low)
+            interval = interval_check(f"{name} friction", mean.mean, low, mean.mean + half_width)
+            checks.append(_relax_check(interval) if name == "static" else interval)
+    pairs = zip(values["static"], values["kinetic"], names, strict=True)
+    ratios = {name: static / kinetic for static, kinetic, name in pairs if static and kinetic}
     if ratios:
         checks.append(_check_ratio(ratios))
     if (film := _check_film(means, reference or Reference())) is not None:
@@ -99,7 +99,7 @@ def check_friction(
     return tuple(checks)
 
 
-def _soften(interval: Check) -> Check:
+def _relax_check(interval: Check) -> Check:
     """Return the check of static friction's interval, which fails only above `UNKNOWN`."""
     if interval.value is None or not WIDE < interval.value <= UNKNOWN:
         return interval
@@ -121,18 +121,18 @@ def check_repeats(
         numbers = [(v, n) for v, n in zip(values, names, strict=True) if v is not None and v > 0]
         logs = np.log([value for value, _ in numbers])
         outliers = _outlier_indices(logs)
-        others = np.delete(logs, outliers) if len(outliers) < len(logs) else logs
+        other_logs = np.delete(logs, outliers) if len(outliers) < len(logs) else logs
         for place in outliers:
-            ratio = float(np.exp(logs[place] - np.median(others)))
+            ratio = float(np.exp(logs[place] - np.median(other_logs)))
             outlier_texts.append(
                 f"{quantity} of {numbers[place][1]} is {ratio:.3g} times that of the others"
             )
     if len(names) < 2:
         return check("repeats", False, "only one repeat: its repeatability is unknown")
-    fine = f"none of the {len(names)} repeats differs from the others by more than {scatter}"
+    ok_sentence = f"none of the {len(names)} repeats differs from the others by more than {scatter}"
     otherwise = f": {advice}, or leave the file out"
     return check(
-        "repeats", not outlier_texts, "; ".join(outlier_texts) or fine, otherwise, "failed"
+        "repeats", not outlier_texts, "; ".join(outlier_texts) or ok_sentence, otherwise, "failed"
     )
 
 
@@ -147,8 +147,8 @@ def _check_ratio(ratios: Mapping[str, float]) -> Check:
     """Return the check that static friction exceeds kinetic friction by a plausible factor."""
     low, high = RATIO
     outside = [f"{name} {ratio:.3g}" for name, ratio in ratios.items() if not low <= ratio <= high]
-    least, greatest = min(ratios.values()), max(ratios.values())
-    sentence = f"the ratio of static to kinetic friction is {least:.3g} to {greatest:.3g}"
+    lowest, highest = min(ratios.values()), max(ratios.values())
+    sentence = f"the ratio of static to kinetic friction is {lowest:.3g} to {highest:.3g}"
     wrong = f", outside {low:g} to {high:g} in {', '.join(outside)}: check the window and the zero"
     return check("static over kinetic", not outside, sentence, wrong, "failed")
 
@@ -186,9 +186,11 @@ def _compare_with_own(
 
 def _check_plausibility(kinetic: float, span: tuple[float, float] | None) -> Check:
     low, high = span or USUAL
-    fine = low <= kinetic <= high
+    is_plausible = low <= kinetic <= high
     whose = "the catalogue's range for this film" if span else "the usual range for films"
-    sentence = f"a kinetic friction of {kinetic:.3g} is {'in' if fine else 'outside'} {whose}, "
+    sentence = (
+        f"a kinetic friction of {kinetic:.3g} is {'in' if is_plausible else 'outside'} {whose}, "
+    )
     sentence += f"{low:.3g} to {high:.3g}"
     advice = ": check the unit of force, the normal force and the film"
-    return check("film", fine, sentence, advice, "failed")
+    return check("film", is_plausible, sentence, advice, "failed")

@@ -58,8 +58,8 @@ def find_breakaway(travel: Array, force: Array) -> Breakaway:
     level = float(np.median(force[travel >= 0.3 * travel.max()]))
     # a single outlier is not a maximum; a mean over three samples preserves a sharp peak
     smooth = running_mean(force, 3) if noise > 0.002 * abs(level) else force
-    above = smooth >= LEAST * level
-    begin = int(np.argmax(above))
+    is_above = smooth >= LEAST * level
+    begin = int(np.argmax(is_above))
     highest = np.maximum.accumulate(smooth[begin:])
     drop = highest - smooth[begin:] > max(STANDS_OUT * noise, FALL * abs(level))
     if not drop.any():
@@ -84,10 +84,10 @@ def _find_bend(force: Array, level: float, noise: float) -> Breakaway:
 
 def _find_first_sliding_sample(travel: Array, smooth: Array, index: int, noise: float) -> int:
     """Return the index of the first sample after the maximum at the level of the later force."""
-    after = travel - travel[index]
-    later = (after >= 2e-3) & (after <= 30e-3)
+    travel_after = travel - travel[index]
+    later = (travel_after >= 2e-3) & (travel_after <= 30e-3)
     if later.sum() < 5:
-        later = after > 0
+        later = travel_after > 0
     if not later.any():
         return index
     level = float(np.median(smooth[later]))
@@ -103,8 +103,8 @@ def inertia_effect(
     `mass` [kg] is that of the sled, `speed` [m/s] that of the crosshead.
     """
     rise = force[: breakaway.index + 1]
-    below = rise <= RISE[0] * breakaway.force
-    start = int(np.flatnonzero(below)[-1]) if below.any() else 0
+    is_below = rise <= RISE[0] * breakaway.force
+    start = int(np.flatnonzero(is_below)[-1]) if is_below.any() else 0
     past = np.flatnonzero(rise[start:] >= RISE[1] * breakaway.force)
     stop = start + int(past[0]) if len(past) else breakaway.index
     part = slice(start, stop + 1)
@@ -130,12 +130,12 @@ def _estimate_acceleration(
     fall = force[
         breakaway.index : breakaway.index + 1 + 4 * max(breakaway.sliding - breakaway.index, 1)
     ]
-    least = int(np.argmin(fall))
-    clock = time[breakaway.index : breakaway.index + least + 1]
-    if least < 4 or not (np.diff(clock) > 0).all():
+    trough = int(np.argmin(fall))
+    clock = time[breakaway.index : breakaway.index + trough + 1]
+    if trough < 4 or not (np.diff(clock) > 0).all():
         return None
-    rate = np.gradient(fall[: least + 1], clock)
+    rate = np.gradient(fall[: trough + 1], clock)
     steepest = int(np.argmin(rate))
-    if steepest < 2 or fall[0] - fall[least] < 10 * breakaway.noise:
+    if steepest < 2 or fall[0] - fall[trough] < 10 * breakaway.noise:
         return None
     return float(-rate[steepest] / stiffness / (clock[steepest] - clock[0]))

@@ -81,17 +81,17 @@ class SledRecord:
             )
         return out
 
-    def drift(self, inside: npt.NDArray[np.bool_]) -> tuple[float, float | None]:
+    def drift(self, is_inside: npt.NDArray[np.bool_]) -> tuple[float, float | None]:
         """Return (slope, levels): two estimates of the drift from the zero to a window [N].
 
-        The slope within the window (mask `inside`) is extrapolated to the beginning of the record;
+        The slope in the window (mask `is_inside`) is extrapolated to the beginning of the record;
         it is 0 if it is due to chance. The levels before and after the test are interpolated; None
         if either is unknown.
         """
-        place = np.flatnonzero(inside).astype(float)
+        place = np.flatnonzero(is_inside).astype(float)
         middle = float(place.mean())
         blocks = np.array_split(np.arange(len(place)), min(BLOCKS, len(place) // 2))
-        force = self.force[inside]
+        force = self.force[is_inside]
         line = fit_line(
             np.array([place[b].mean() for b in blocks]), np.array([force[b].mean() for b in blocks])
         )

@@ -82,16 +82,16 @@ def _check_saturation(plateaus: dict[str, Plateau]) -> Check:
     if not plateaus:
         return check("saturation", True, "the force varies while the films slide")
     levels = {name: plateau.level for name, plateau in plateaus.items()}
-    reach = SAME_LEVEL * math.sqrt(2) * max(plateau.error for plateau in plateaus.values())
-    same = len(levels) > 1 and max(levels.values()) - min(levels.values()) <= reach
+    tolerance = SAME_LEVEL * math.sqrt(2) * max(plateau.error for plateau in plateaus.values())
+    is_same_level = len(levels) > 1 and max(levels.values()) - min(levels.values()) <= tolerance
     name, level = next(iter(levels.items()))
     sentence = f"the force in {name} stays at {show(level, 'N')} but for noise"
-    if same:
+    if is_same_level:
         sentence = (
             f"the force stays at the same {show(level, 'N')} but for noise in {', '.join(levels)}"
         )
     advice = ": the load cell may be saturated; test it with a larger load"
-    return check("saturation", False, sentence, advice, "failed" if same else "warning")
+    return check("saturation", False, sentence, advice, "failed" if is_same_level else "warning")
 
 
 def _check_slack(repeats: dict[str, FrictionRepeat], window: tuple[float, float]) -> Check:
@@ -99,11 +99,11 @@ def _check_slack(repeats: dict[str, FrictionRepeat], window: tuple[float, float]
     late = {name: r.sliding_from for name, r in repeats.items() if r.sliding_from > r.window[0]}
     if not late:
         return check("slack", True, "the sled slides before the kinetic window begins")
-    worst = max(late, key=lambda name: late[name])
+    file = max(late, key=lambda name: late[name])
     sentence = (
-        f"the sled in {worst} slides only from {show(late[worst], 'm')}, inside the kinetic window"
+        f"the sled in {file} slides only from {show(late[file], 'm')}, inside the kinetic window"
     )
-    start = math.ceil((late[worst] + MARGIN) * 1e3)
+    start = math.ceil((late[file] + MARGIN) * 1e3)
     advice = ": remove the slack of the string"
     if start * 1e-3 < window[1] - MARGIN:
         advice += f", or start the window later (--from {start}mm)"

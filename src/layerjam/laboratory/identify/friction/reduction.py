@@ -81,7 +81,7 @@ class FrictionResult:
 
     def sources(self) -> dict[str, tuple[float, Source]]:
         """Return {path: (value, Source)} for a brake file; kinetic friction only if known."""
-        files = ", ".join(Path(r.path).name + _hash_file(r.path) for r in self.repeats)
+        files = ", ".join(Path(r.path).name + _format_digest(r.path) for r in self.repeats)
         start, end = (show(w, "m") for w in self.window)
         text = (
             f"friction test ({self.standard.title}), {files}; "
@@ -104,7 +104,7 @@ class FrictionResult:
         return out
 
 
-def _hash_file(path: str) -> str:
+def _format_digest(path: str) -> str:
     return f" (SHA-256 {sha256(path)[:16]})" if path and Path(path).is_file() else ""
 
 
@@ -127,19 +127,19 @@ def reduce_repeat(
     travel, force, time = record.travel, record.force, record.time
     breakaway = find_breakaway(travel, force) if standard.first_maximum else None
     span, warnings = _find_mean_window(trace, travel, window, standard, breakaway)
-    inside = (travel >= span[0]) & (travel <= span[1])
-    if inside.sum() < FEWEST:
+    is_inside = (travel >= span[0]) & (travel <= span[1])
+    if is_inside.sum() < FEWEST:
         raise FileError(
             trace.path,
-            f"only {count_text(int(inside.sum()), 'sample')} between {show(span[0], 'm')} and "
+            f"only {count_text(int(is_inside.sum()), 'sample')} between {show(span[0], 'm')} and "
             f"{show(span[1], 'm')} of travel; at least {FEWEST} are needed",
         )
-    mean = float(force[inside].mean())
+    mean = float(force[is_inside].mean())
     kinetic: float | None = mean / normal_force
     if mean <= 0:
         raise FileError(trace.path, f"the mean force in the window is {mean} N")
-    clock = None if time is None else time[inside]
-    teeth = find_saw_teeth(travel[inside], force[inside], clock).teeth
+    clock = None if time is None else time[is_inside]
+    teeth = find_saw_teeth(travel[is_inside], force[is_inside], clock).teeth
     if teeth is not None:
         kinetic = teeth.middle / normal_force if accept_stick_slip else None
     speed = crosshead_speed(trace)
@@ -149,7 +149,7 @@ def reduce_repeat(
     warnings += [*list_deviations(standard, speed, time, travel), *record.notes()]
     limits = {
         "static": record.quantum / 2 / normal_force,
-        "kinetic": rounding_limit(force[inside], record.quantum) / normal_force,
+        "kinetic": rounding_limit(force[is_inside], record.quantum) / normal_force,
     }
     return FrictionRepeat(
         static=static / normal_force,
@@ -168,7 +168,7 @@ def reduce_repeat(
         record=record.without_curve(),
         sliding_from=record.sliding_from,
         limits=limits,
-        drift=record.drift(inside),
+        drift=record.drift(is_inside),
     )
 
 
@@ -409,6 +409,3 @@ def _origin_table(result: FrictionResult, synthetic: Collection[str]) -> dict[st
         "stick_slip": f"in {sticking} of {len(result.repeats)} repeats{middle}",
         "files": digest_files((r.path for r in result.repeats), synthetic),
     }
-
-
-with_friction = add_friction  # former name

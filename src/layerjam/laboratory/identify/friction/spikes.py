@@ -42,19 +42,19 @@ def find_spikes(travel: Array, force: Array, level: float) -> list[Spike]:
     if len(force) < 4 * WIDEST:
         return []
     limits = _largest_rises(travel, force, level)
-    least = max(CLEAR * noise_sd(force), LEAST * abs(level), 2 * find_quantum(force))
-    rises = np.diff(force) > limits + least
+    threshold = max(CLEAR * noise_sd(force), LEAST * abs(level), 2 * find_quantum(force))
+    is_rising = np.diff(force) > limits + threshold
     spikes: list[Spike] = []
     for samples in range(1, WIDEST + 1):
         before, after = force[: -samples - 1], force[samples + 1 :]
-        inside = np.lib.stride_tricks.sliding_window_view(force[1:-1], samples)
-        height = inside.min(axis=1) - np.maximum(before, after)
-        depth = np.minimum(before, after) - inside.max(axis=1)
-        # from the sample before into an upward spike, from a downward one to the sample after
-        up = (height > least) & rises[: len(before)]
-        down = (depth > least) & rises[samples:]
+        windows = np.lib.stride_tricks.sliding_window_view(force[1:-1], samples)
+        height = windows.min(axis=1) - np.maximum(before, after)
+        depth = np.minimum(before, after) - windows.max(axis=1)
+        # rise into an upward spike, and rise out of a downward one
+        up = (height > threshold) & is_rising[: len(before)]
+        down = (depth > threshold) & is_rising[samples:]
         for place in np.flatnonzero(up | down).tolist():
-            part = inside[place]
+            part = windows[place]
             extreme = float(part.max() if up[place] else part.min())
             spikes.append(Spike(place + 1, samples, extreme - float(before[place])))
     return sorted(spikes, key=lambda spike: spike.start) if len(spikes) <= LARGEST_COUNT else []
@@ -82,8 +82,12 @@ def _largest_rises(travel: Array, force: Array, level: float) -> Array:
     samples = np.pad(force, WIDEST, mode="edge")
     median = np.median(np.lib.stride_tricks.sliding_window_view(samples, width), axis=1)
     steps_of_travel = np.abs(np.diff(travel))
-    usual = float(steps_of_travel.sum()) / max(int(np.count_nonzero(steps_of_travel)), 1)
-    steps = np.maximum(steps_of_travel / usual, 1.0) if usual > 0 else np.ones(len(steps_of_travel))
+    mean_step = float(steps_of_travel.sum()) / max(int(np.count_nonzero(steps_of_travel)), 1)
+    steps = (
+        np.maximum(steps_of_travel / mean_step, 1.0)
+        if mean_step > 0
+        else np.ones(len(steps_of_travel))
+    )
     slopes = np.diff(median) / steps
     risen = int(np.argmax(median >= RISEN * level))
     rise = median[: risen + 1]

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from layerjam.brake.device.brake import Brake
+from layerjam.brake.mechanics.effects import require_linear
 from layerjam.brake.mechanics.enclosure import enclosure_law
-from layerjam.brake.mechanics.fan import require_flat
 from layerjam.brake.mechanics.friction import friction_per_contact
 from layerjam.brake.mechanics.stick_slip.stribeck import Stribeck
 from layerjam.brake.mechanics.stick_slip.wet import WetFilm
@@ -144,8 +144,8 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
     area = (sheets.count - 1) * sheets.width * (sheets.overlap - points.slip)
 
     def basis_columns(stribeck: float) -> Array:
-        left = _compute_static_share(points.speed, stribeck, exponent)
-        return np.stack([coulomb, coulomb * left, area, area * points.speed], axis=1)
+        static_share = _compute_static_share(points.speed, stribeck, exponent)
+        return np.stack([coulomb, coulomb * static_share, area, area * points.speed], axis=1)
 
     names = ("kinetic", "drop", "adhesion", "viscosity")
     best = _Search(basis_columns, points.force - enclosure, names, points).run()
@@ -163,7 +163,7 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
 
 def _unit_friction_force(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
     """Return (force per unit friction coefficient, enclosure force) [N]."""
-    brake = require_flat(brake, "the fit of friction versus speed")
+    brake = require_linear(brake, "the fit of friction versus speed")
     contact = brake.sheets.overlap - points.slip
     per_metre = np.asarray(friction_per_contact(points.vacuum, brake)) / brake.film.kinetic
     return per_metre * contact, np.asarray(enclosure_law(points.vacuum, brake).force(points.slip))
@@ -208,8 +208,8 @@ class _Search:
         sums = np.array([self.solve_at(g)[1] for g in grid])
         self.freedom = len(self.target) - len(self.names) - 1
         size = float(np.abs(self.target).max(initial=0.0))
-        least = min(float(sums.min()), self._refine_minimum(grid, sums, 0.0))
-        self.variance = max(least / self.freedom, (1e-12 * size) ** 2, 1e-300)
+        minimum = min(float(sums.min()), self._refine_minimum(grid, sums, 0.0))
+        self.variance = max(minimum / self.freedom, (1e-12 * size) ** 2, 1e-300)
         weight = self.variance / PRIOR[1] ** 2
         self._refine_minimum(grid, sums + weight * (grid - PRIOR[0]) ** 2, weight)
         return self
@@ -235,9 +235,9 @@ class _Search:
         step = 1e-5
         change = self.columns(self.speed * np.exp(step)) - self.columns(self.speed * np.exp(-step))
         slope = change @ np.array(self.values) / (2 * step)
-        full = np.column_stack([table, slope])
+        full_table = np.column_stack([table, slope])
         free = [v > 0 for v in self.values] + [self.values[1] > 0]
-        part = full[:, free] / np.sqrt(self.variance)
+        part = full_table[:, free] / np.sqrt(self.variance)
         size = np.linalg.norm(part, axis=0)
         size[size == 0] = 1.0
         condition = float(np.linalg.cond(part / size))
@@ -257,8 +257,8 @@ class _Search:
         errors: dict[str, float | None] = {}
         for i, name in enumerate(self.names):
             errors[name] = float(np.sqrt(cov[i, i])) if free[i] and noisy else None
-        both = float(np.sqrt(max(cov[0, 0] + cov[1, 1] + 2 * cov[0, 1], 0.0)))
-        errors["static"] = both if free[0] and free[1] and noisy else errors["kinetic"]
+        static_se = float(np.sqrt(max(cov[0, 0] + cov[1, 1] + 2 * cov[0, 1], 0.0)))
+        errors["static"] = static_se if free[0] and free[1] and noisy else errors["kinetic"]
         errors["speed"] = float(np.sqrt(cov[-1, -1])) if free[-1] and noisy else None
         log_error = float(np.sqrt(cov[-1, -1])) if free[-1] else PRIOR[1]
         checks = (
@@ -304,17 +304,17 @@ class _Search:
                 part = residuals[moving]
                 worst = max(worst, abs(float(shape @ part)) / noise / float(np.linalg.norm(shape)))
             part = residuals[np.argsort(self.points.speed, kind="stable")]
-            alike = float(part[1:] @ part[:-1]) / float(part @ part)
-            worst = max(worst, alike * float(np.sqrt(len(part))))
+            correlation = float(part[1:] @ part[:-1]) / float(part @ part)
+            worst = max(worst, correlation * float(np.sqrt(len(part))))
         sentence = f"residuals trend with the logarithm of speed by {worst:.2g} standard errors"
         return check("trend over speed", worst < 2.5, sentence)
 
     def _check_spans(self) -> Check:
         moving = self.points.speed[self.points.speed > 0]
         low, high = float(moving.min()), float(moving.max())
-        fine, shown_speed = low / 2 <= self.speed <= high, show(self.speed, "m/s")
+        is_ok, shown_speed = low / 2 <= self.speed <= high, show(self.speed, "m/s")
         sentence = (
-            f"v_s = {shown_speed} lies {'within' if fine else 'outside'} the measured speeds, "
+            f"v_s = {shown_speed} lies {'within' if is_ok else 'outside'} the measured speeds, "
             f"{show(low, 'm/s')} to {show(high, 'm/s')}"
         )
-        return check("span", fine, sentence)
+        return check("span", is_ok, sentence)

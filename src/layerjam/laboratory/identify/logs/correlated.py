@@ -68,8 +68,8 @@ class Series:
         self, function: Callable[[Array], float], level: float = 0.95, positive: bool = False
     ) -> tuple[float, float]:
         """Return the first-order interval of a function of the parameters."""
-        half = self.quantile(level) * self.error(function)
-        return interval_ends(float(function(self.values)), half, positive)
+        half_width = self.quantile(level) * self.error(function)
+        return interval_ends(float(function(self.values)), half_width, positive)
 
     def error(self, function: Callable[[Array], float]) -> float:
         """Return the standard error of a function of the parameters, to first order."""
@@ -95,11 +95,11 @@ def check_resolution(log_values: Array, final: float, duration: float) -> None:
 
     `duration` [s] is that of the log. A fit would state a rate that depends on its start.
     """
-    left = np.abs(average_bins(log_values) - final)
-    if np.count_nonzero(left > 0.1 * left.max()) < 2:
-        first = show(duration / len(left), "s")
+    decay = np.abs(average_bins(log_values) - final)
+    if np.count_nonzero(decay > 0.1 * decay.max()) < 2:
+        first = show(duration / len(decay), "s")
         raise FitError(
-            f"the pressure reaches its final level within the first of {len(left)} sections that "
+            f"the pressure reaches its final level within the first of {len(decay)} sections that "
             f"are fitted ({first}): end the window earlier (--to), or log more samples per second"
         )
 
@@ -121,7 +121,7 @@ def fit_series(
         raise FitError(f"a fit needs at least {LEAST} samples; there are {len(log_values)}")
     bins = average_bins(log_values)
     size = max(float(np.ptp(bins)), 1e-9 * float(np.max(np.abs(bins))), 1e-300)
-    values, jacobian = _solve_bins(model, bins, np.array(start, float), scale, bounds, size)
+    values, jacobian = _fit_bins(model, bins, np.array(start, float), scale, bounds, size)
     left = bins - average_bins(model(values))
     noise = _Noise.estimate(jacobian, left, 1e-10 * size, np.array(scale, float))
     residuals = model(values) - log_values
@@ -137,7 +137,7 @@ def fit_series(
     )
 
 
-def _solve_bins(
+def _fit_bins(
     model: Callable[[Array], Array],
     bins: Array,
     start: Array,

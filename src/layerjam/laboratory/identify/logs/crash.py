@@ -111,8 +111,8 @@ def reduce_crash(
         return cfc_filter(values, rate, cfc) if cfc is not None else values
 
     quiet, quiet_notes = _count_quiet_samples(time, apply_filter(acceleration), rate, before)
-    still = acceleration[:quiet]
-    offset, offset_se = float(still.mean()), _mean_standard_error(still)
+    quiet_part = acceleration[:quiet]
+    offset, offset_se = float(quiet_part.mean()), _mean_standard_error(quiet_part)
     signal = acceleration - offset
     filtered_signal = apply_filter(signal)
     top, high = (int(np.argmax(np.abs(values))) for values in (signal, filtered_signal))
@@ -121,7 +121,7 @@ def reduce_crash(
     length = (end - start) / rate
     change = float(np.trapezoid(signal[start : end + 1], time[start : end + 1]))
     change -= float(np.sign(filtered_signal[high])) * gravity * length * falling
-    noise = float(np.std(still)) * np.sqrt(length / rate)
+    noise = float(np.std(quiet_part)) * np.sqrt(length / rate)
     tops, unknown = _find_saturation(acceleration, quiet, limit)
     drift = _note_drift(signal, last, rate, offset_se)
     value, span = (None, None) if hic is None else head_injury_criterion(filtered_signal, rate, hic)
@@ -161,11 +161,11 @@ def _check_class(cfc: int | None, rate: float, is_stated: bool) -> None:
         classes = ", ".join(map(str, CLASSES))
         raise QuantityError(f"filter: CFC {cfc} is not an SAE J211-1 class; classes: {classes}")
     if cfc is not None and rate < LEAST_RATE * cfc * (1 - 1e-9):
-        slow = [c for c in CLASSES if rate >= LEAST_RATE * c * (1 - 1e-9)]
+        sampled_classes = [c for c in CLASSES if rate >= LEAST_RATE * c * (1 - 1e-9)]
         reason = (
             f"{show(rate, 'Hz')} is too slow for CFC {cfc}; SAE J211-1 requires at least "
             f"ten times the class, {show(float(LEAST_RATE * cfc), 'Hz')} "
-            f"(--filter {f'cfc{max(slow)}' if slow else 'none'})"
+            f"(--filter {f'cfc{max(sampled_classes)}' if sampled_classes else 'none'})"
         )
         if is_stated:
             raise QuantityError.of("sampling", reason)
@@ -232,9 +232,9 @@ def _find_saturation(
 
     It is at the sensor's range, or at a top that is flatter than chance or a smooth pulse allows.
     """
-    reach = float(np.max(np.abs(acceleration)))
-    if limit is not None and reach >= limit * (1 - 1e-3):
-        return {"saturation": reach, "flat_top": None}, []
+    peak = float(np.max(np.abs(acceleration)))
+    if limit is not None and peak >= limit * (1 - 1e-3):
+        return {"saturation": peak, "flat_top": None}, []
     top = find_flat_top(acceleration, quiet) or find_noisy_top(acceleration, quiet)
     level = None if top is None else abs(top.level)
     if top is None or top.certain:
@@ -282,6 +282,3 @@ def head_injury_criterion(
         if value > best:
             best, span = value, (best_start, best_start + width)
     return best, span
-
-
-head_injury = head_injury_criterion  # former name

@@ -78,17 +78,17 @@ def find_flat_top(record: Array, quiet: int) -> FlatTop | None:
     span = float(np.ptp(record))
     if span == 0.0:
         return None
-    still = record[:quiet]
-    zero = float(still.mean())
-    reach = float(np.abs(record - zero).max())
+    quiet_part = record[:quiet]
+    zero = float(quiet_part.mean())
+    peak = float(np.abs(record - zero).max())
     grain: _Grain | None = None
     best = None
     for level in (float(record.max()), float(record.min())):
         height = abs(level - zero)
         first, last = _find_longest_run(np.abs(record - level) <= SAME * span)
-        if last - first < LEAST or height < 0.5 * reach:
+        if last - first < LEAST or height < 0.5 * peak:
             continue
-        grain = grain or _estimate_quantum_and_noise(record, still, span)
+        grain = grain or _estimate_quantum_and_noise(record, quiet_part, span)
         top = _judge_run(record, level, first, last, height, grain)
         if top is not None and (best is None or top.certain > best.certain):
             best = top
@@ -102,10 +102,10 @@ def find_noisy_top(record: Array, quiet: int) -> FlatTop | None:
     chance reaches in `LEAST_NOISY` samples with a probability below CHANCE. Equal noise may be that
     of a pulse that is flat by itself.
     """
-    still = record[:quiet]
-    zero = float(still.mean())
+    quiet_part = record[:quiet]
+    zero = float(quiet_part.mean())
     sign = 1.0 if float(record.max()) - zero >= zero - float(record.min()) else -1.0
-    plateau = find_plateau(sign * (record - zero), float(still.std(ddof=1)))
+    plateau = find_plateau(sign * (record - zero), float(quiet_part.std(ddof=1)))
     if plateau is None:
         return None
     quieter = plateau.count >= LEAST_NOISY and plateau.scatter < plateau.noise / 2
@@ -126,15 +126,18 @@ def _estimate_quantum_and_noise(record: Array, still: Array, span: float) -> _Gr
     """
     steps = np.diff(np.unique(record))
     steps = steps[steps > SAME * span]
-    least = float(steps.min()) if steps.size else span
+    smallest_step = float(steps.min()) if steps.size else span
     # steps that are rounded to decimal digits differ in width
-    similar_steps = steps[steps < 1.2 * least]
+    similar_steps = steps[steps < 1.2 * smallest_step]
     quantum = float(similar_steps.mean()) if similar_steps.size else span
     noise, is_computed = _estimate_noise_sd(still, quantum), False
     if noise == 0:
-        parts = steps[:, None] / least * np.arange(1, FEWER)
+        parts = steps[:, None] / smallest_step * np.arange(1, FEWER)
         is_multiple = np.all(np.abs(parts - np.round(parts)) < WHOLE_STEP, axis=0)
-        is_computed, quantum = not is_multiple.any(), least / (int(np.argmax(is_multiple)) + 1)
+        is_computed, quantum = (
+            not is_multiple.any(),
+            smallest_step / (int(np.argmax(is_multiple)) + 1),
+        )
     deviations = still - still.mean()
     power = float(deviations @ deviations)
     correlation = float(deviations[1:] @ deviations[:-1]) / power if power > 0 else 0.0
@@ -171,9 +174,9 @@ def _judge_run(
     smooth = share * float(np.sum(_log_probability(deviations, quantum)))
     if smooth >= math.log(CHANCE):
         return None
-    flat = share * count * float(_log_probability(np.zeros(1), quantum)[0])
-    fine = grain.quantum < FINE * height
-    certain = not grain.computed and (fine or flat < math.log(CHANCE))
+    flat_probability = share * count * float(_log_probability(np.zeros(1), quantum)[0])
+    is_fine_grained = grain.quantum < FINE * height
+    certain = not grain.computed and (is_fine_grained or flat_probability < math.log(CHANCE))
     return FlatTop(level, count, certain)
 
 

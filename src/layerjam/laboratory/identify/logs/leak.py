@@ -42,8 +42,8 @@ def pressure(model: str, time: Array, start: float, rate: float, atmosphere: flo
     if model == "linear":
         return atmosphere * (1 + (y0 - 1) * np.exp(-rate * time))
     if model == "laminar":
-        left: Array = held_vacuum(time, atmosphere - start, rate, atmosphere)
-        return atmosphere - left
+        depression: Array = held_vacuum(time, atmosphere - start, rate, atmosphere)
+        return atmosphere - depression
     if model == "orifice":
         if y0 >= 1:
             return atmosphere / _overpressure_ratio(_overpressure_scaled_time(1 / y0) + rate * time)
@@ -88,18 +88,20 @@ def _overpressure_scaled_time(ratio: float) -> float:
     excess = (ratio - CRITICAL) / (1 - CRITICAL)
     if excess <= 0:
         return float(np.log(ratio / CRITICAL))
-    half = np.tan(np.arcsin(excess) / 2)
-    return float((1 - CRITICAL) * (_tangent_integral(half) - _tangent_integral(0.0)))
+    tangent = np.tan(np.arcsin(excess) / 2)
+    return float((1 - CRITICAL) * (_tangent_integral(tangent) - _tangent_integral(0.0)))
 
 
 def _overpressure_ratio(clock: Array) -> Array:
     """Return the ratio of outside to inside pressure; 1 once the pressures are equal."""
     end = (1 - CRITICAL) * (_tangent_integral(1.0) - _tangent_integral(0.0))
-    inside = np.clip(clock, 0.0, end)
-    angle = (inside / (1 - CRITICAL) + _tangent_integral(0.0)) * _ROOT / 2
+    clipped_clock = np.clip(clock, 0.0, end)
+    angle = (clipped_clock / (1 - CRITICAL) + _tangent_integral(0.0)) * _ROOT / 2
     tangent = (_ROOT * np.tan(angle) - (1 - CRITICAL)) / CRITICAL
-    late = CRITICAL + (1 - CRITICAL) * np.sin(2 * np.arctan(tangent))
-    return np.where(clock < 0, CRITICAL * np.exp(np.minimum(clock, 0.0)), np.minimum(late, 1.0))
+    late_ratio = CRITICAL + (1 - CRITICAL) * np.sin(2 * np.arctan(tangent))
+    return np.where(
+        clock < 0, CRITICAL * np.exp(np.minimum(clock, 0.0)), np.minimum(late_ratio, 1.0)
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,9 +176,9 @@ def fit_leak(
             f"the pressure differs most from atmospheric at {show(first, 's')}; earlier samples "
             "are not used (change the start with --from)"
         )
-    inside = (time >= first) & (time <= last)
-    warm = np.broadcast_to(np.asarray(temperature, float), time.shape)[inside]
-    t, p = time[inside] - first, absolute[inside]
+    is_inside = (time >= first) & (time <= last)
+    warm = np.broadcast_to(np.asarray(temperature, float), time.shape)[is_inside]
+    t, p = time[is_inside] - first, absolute[is_inside]
     middle = float(warm.mean())
     p = p * middle / warm
     ends = _average_end(p, len(p) // 20), _average_end(p[::-1], len(p) // 20)
@@ -254,13 +256,13 @@ def _fit_model(
     remaining = max((ends[1] - atmosphere) / (ends[0] - atmosphere), 0.02)
     guess = -np.log(remaining) / span
     if settled:  # count from the time at which half of the difference is gone
-        half = np.abs(p - atmosphere) < 0.5 * abs(ends[0] - atmosphere)
-        guess = np.log(2) / max(float(t[int(np.argmax(half))]), span / len(t))
+        is_near_end = np.abs(p - atmosphere) < 0.5 * abs(ends[0] - atmosphere)
+        guess = np.log(2) / max(float(t[int(np.argmax(is_near_end))]), span / len(t))
     if model != "linear":  # start with the same flow as the linear model
         guess *= flow("linear", ends[0], 1.0, atmosphere) / flow(model, ends[0], 1.0, atmosphere)
-    inside = (1e-6 * atmosphere, atmosphere) if ends[0] < atmosphere else (atmosphere, np.inf)
+    bounds = (1e-6 * atmosphere, atmosphere) if ends[0] < atmosphere else (atmosphere, np.inf)
     parameters = [
-        (ends[0], abs(floor), *inside),
+        (ends[0], abs(floor), *bounds),
         (guess, max(abs(guess), 1e-3 / span), -np.inf, np.inf),
         *[(0.0, abs(floor), -np.inf, np.inf)] * settled,
     ]

@@ -87,8 +87,8 @@ def check_crash(impact: Crash, falling: bool = False) -> Iterator[Check]:
     consequence = ": the values between their neighbours are interpolated, not measured"
     yield check("gaps", not count, sentence, consequence, "failed" if count > 1 else "warning")
     value, error = abs(impact.velocity_change), impact.velocity_change_se
-    reach = 1.96 * error
-    yield interval_check("velocity change", value, value - reach, value + reach)
+    half_width = 1.96 * error
+    yield interval_check("velocity change", value, value - half_width, value + half_width)
     yield _check_rest(impact, falling)
 
 
@@ -105,9 +105,9 @@ def _check_rest(impact: Crash, falling: bool) -> Check:
         level: Level = "failed" if share > LARGE else "warning"
         advice = f", as at rest: omit --falling, which changes the velocity change by {share:.0%}"
         return check("zero", False, sentence, advice, level)
-    fine = min(abs(reading), abs(abs(reading) - 1)) < AT_REST
+    is_at_rest = min(abs(reading), abs(abs(reading) - 1)) < AT_REST
     advice = ". It is neither 0 nor 1 g: the sensor is tilted, or its zero or scale is wrong"
-    return check("zero", fine, sentence, advice, "note")
+    return check("zero", is_at_rest, sentence, advice, "note")
 
 
 def _check_law(series: Series, curve: Array, cause: str) -> Check:

@@ -50,27 +50,27 @@ def pressure(
         return ultimate + excess * np.exp(-rate * time)
     from scipy.special import wrightomega
 
-    least = 1 - shrink * atmosphere + 2 * shrink * ultimate
-    if least <= 0 or 1 - shrink * (atmosphere - ultimate) <= 0 or excess < 0:
+    normalised_end = 1 - shrink * atmosphere + 2 * shrink * ultimate
+    if normalised_end <= 0 or 1 - shrink * (atmosphere - ultimate) <= 0 or excess < 0:
         return np.full(np.shape(time), np.nan)
     if shrink < 0:
-        return _pressure_while_stretching(time, excess, ultimate, rate, shrink, least)
-    weight = 2 * shrink * excess / least
-    omega = wrightomega(np.log(weight) + weight - rate * time / least)
-    return np.asarray(ultimate + least / (2 * shrink) * omega)
+        return _pressure_while_stretching(time, excess, ultimate, rate, shrink, normalised_end)
+    weight = 2 * shrink * excess / normalised_end
+    omega = wrightomega(np.log(weight) + weight - rate * time / normalised_end)
+    return np.asarray(ultimate + normalised_end / (2 * shrink) * omega)
 
 
 def _pressure_while_stretching(
-    time: Array, excess: float, ultimate: float, rate: float, shrink: float, least: float
+    time: Array, excess: float, ultimate: float, rate: float, shrink: float, normalised_end: float
 ) -> Array:
     """Return the pressure in a chamber that stretches (c < 0), by Newton's method in ln u."""
-    log = np.full(np.shape(time), 0.0) - rate * time / least
+    log = np.full(np.shape(time), 0.0) - rate * time / normalised_end
     for _ in range(60):
         u = excess * np.exp(log)
-        slope = least + 2 * shrink * u
+        slope = normalised_end + 2 * shrink * u
         if (slope <= 0).any():
             return np.full(np.shape(time), np.nan)
-        log = log - (least * log + 2 * shrink * (u - excess) + rate * time) / slope
+        log = log - (normalised_end * log + 2 * shrink * (u - excess) + rate * time) / slope
     return np.asarray(ultimate + excess * np.exp(log))
 
 
@@ -161,18 +161,18 @@ def select_pump_down(
 
     Raises FitError if there are fewer than 20, or if the pressure does not fall.
     """
-    inside = pump_down_window(time, absolute, window)
+    is_inside = pump_down_window(time, absolute, window)
     rise = _total_fall(absolute[::-1])
     if window[0] is None and rise > FALL * atmosphere:
         raise FitError(f"its absolute pressure rises by {show(rise, 'Pa')} while the pump runs")
-    if inside.sum() < FEWEST:
-        raise FitError(f"the pump-down has {int(inside.sum())} samples; {FEWEST} are needed")
-    p = absolute[inside]
+    if is_inside.sum() < FEWEST:
+        raise FitError(f"the pump-down has {int(is_inside.sum())} samples; {FEWEST} are needed")
+    p = absolute[is_inside]
     if float(p.min()) <= 0:
         raise FitError(f"{show(float(p.min()), 'Pa')} is not an absolute pressure")
     if _total_fall(p) < FALL * atmosphere:
         raise FitError(f"the pressure falls by only {show(_total_fall(p), 'Pa')}: not a pump-down")
-    return inside
+    return is_inside
 
 
 def _total_fall(pressure: Array) -> float:
@@ -193,8 +193,8 @@ def fit_pump_down(
     `shrink` = c/V0 [1/Pa] is a known value; if None, it is fitted too. Raises FitError if fewer
     than 20 samples remain or the pressure does not fall.
     """
-    inside = select_pump_down(time, absolute, atmosphere, window)
-    window_time, p = time[inside], absolute[inside]
+    is_inside = select_pump_down(time, absolute, atmosphere, window)
+    window_time, p = time[is_inside], absolute[is_inside]
     t, low, fall = window_time - window_time[0], float(p.min()), _total_fall(p)
     check_resolution(p, float(p[-1]), float(t[-1]))
     third = float(t[int(np.argmax(p <= low + (p[0] - low) / np.e))]) or float(t[1])
@@ -279,10 +279,10 @@ def combine_logs(
             "do not differ by more than their uncertainty; add a larger volume, or swap the logs"
         )
     gap = k1 - k2
-    inside, flow = volume * k2 / gap, volume * k1 * k2 / gap
+    inner_volume, flow = volume * k2 / gap, volume * k1 * k2 / gap
     inside_se = volume * float(np.hypot(k2 * s1, k1 * s2)) / gap**2
     flow_se = volume * float(np.hypot(k2**2 * s1, k1**2 * s2)) / gap**2
     return (
-        DerivedValue(value=inside, se=inside_se, quantile=quantile),
+        DerivedValue(value=inner_volume, se=inside_se, quantile=quantile),
         DerivedValue(value=flow, se=flow_se, quantile=quantile),
     )

@@ -45,10 +45,14 @@ def find_gaps(time: Array) -> tuple[Gap, ...]:
     steps = np.diff(stamps)
     if len(steps) < FEWEST:
         return ()
-    usual = float(np.median(steps))
+    median_step = float(np.median(steps))
     return tuple(
-        Gap(start=float(stamps[i]), end=float(stamps[i + 1]), missing=round(steps[i] / usual) - 1)
-        for i in np.flatnonzero(steps >= MISSING * usual).tolist()
+        Gap(
+            start=float(stamps[i]),
+            end=float(stamps[i + 1]),
+            missing=round(steps[i] / median_step) - 1,
+        )
+        for i in np.flatnonzero(steps >= MISSING * median_step).tolist()
     )
 
 
@@ -69,24 +73,26 @@ def sample_evenly(time: Array, signal: Array, rate: float | None = None) -> Even
     mean = float(time[-1] - time[0]) / (count - 1)
     if (np.abs(steps - np.median(steps)) <= JITTER * np.median(steps)).all():
         return EvenSignal(time=time, signal=signal, rate=1 / mean)
-    even = time[0] + mean * np.arange(count)
-    if (steps == 0).any() and np.abs(time - even).max() <= steps[steps > 0].min() * (1 + 1e-9):
+    even_times = time[0] + mean * np.arange(count)
+    if (steps == 0).any() and np.abs(time - even_times).max() <= steps[steps > 0].min() * (
+        1 + 1e-9
+    ):
         note = f"time stamps are rounded; the rate is their mean, {show(1 / mean, 'Hz')}"
-        return EvenSignal(time=even, signal=signal, rate=1 / mean, notes=(note,))
+        return EvenSignal(time=even_times, signal=signal, rate=1 / mean, notes=(note,))
     stamps, first = np.unique(time, return_index=True)
     means = np.add.reduceat(signal, first) / np.diff(np.append(first, count))
-    usual = float(np.median(np.diff(stamps)))
-    grid = np.arange(stamps[0], stamps[-1] + 1e-9 * usual, usual)
+    median_step = float(np.median(np.diff(stamps)))
+    grid = np.arange(stamps[0], stamps[-1] + 1e-9 * median_step, median_step)
     gaps = find_gaps(time)
     gap_text = "".join(f"; {gap}" for gap in gaps[:3])
     note = (
         f"its steps vary from {show(float(steps.min()), 's')} to {show(float(steps.max()), 's')}; "
-        f"it was resampled at {show(1 / usual, 'Hz')} by linear interpolation{gap_text}"
+        f"it was resampled at {show(1 / median_step, 'Hz')} by linear interpolation{gap_text}"
     )
     return EvenSignal(
         time=grid,
         signal=np.interp(grid, stamps, means),
-        rate=1 / usual,
+        rate=1 / median_step,
         gaps=gaps,
         notes=(Notice(note, "resampled"),),
     )

@@ -41,19 +41,19 @@ def find_cycles(elongation: Array) -> Cycles | None:
 
     A crosshead that backs off before the first loading does not count as a reversal.
     """
-    least = REVERSAL * float(np.ptp(elongation))
-    peaks, troughs = turning_points(elongation, least)
+    min_swing = REVERSAL * float(np.ptp(elongation))
+    peaks, troughs = turning_points(elongation, min_swing)
     lowest = np.minimum.accumulate(elongation)
-    peaks = peaks[elongation[peaks] - lowest[peaks] > least]
+    peaks = peaks[elongation[peaks] - lowest[peaks] > min_swing]
     troughs = troughs[troughs > peaks[0]] if len(peaks) else troughs[:0]
     if not len(troughs):
         return None
-    falls = elongation[peaks[: len(troughs)]] - elongation[troughs[: len(peaks)]]
+    return_travels = elongation[peaks[: len(troughs)]] - elongation[troughs[: len(peaks)]]
     return Cycles(
         loading_end=int(peaks[0]),
         unloading_end=int(troughs[0]),
         count=len(troughs),
-        fall=float(falls.mean()),
+        fall=float(return_travels.mean()),
         elongation=float(elongation[peaks[0]]),
         unused=len(elongation) - int(troughs[0]) - 1,
     )

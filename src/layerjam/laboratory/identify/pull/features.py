@@ -118,8 +118,8 @@ def _smooth_rise(rise: Array, height: float) -> Array:
     if noise <= ROUGH * height:
         return rise
     samples = int((noise / (ROUGH * height)) ** 2)
-    steep = int(np.sum((rise > LINEAR[0] * height) & (rise < LINEAR[1] * height)))
-    return running_mean(rise, 2 * (min(samples, steep // 3) // 2) + 1)
+    rise_count = int(np.sum((rise > LINEAR[0] * height) & (rise < LINEAR[1] * height)))
+    return running_mean(rise, 2 * (min(samples, rise_count // 3) // 2) + 1)
 
 
 def pull_features(trace: Trace) -> PullFeatures:
@@ -137,10 +137,12 @@ def pull_features(trace: Trace) -> PullFeatures:
     height = float(smooth[top])
     # use the last crossing of each level, to ignore slack and ripples before the rise
     steps = _smooth_rise(force[: top + 1], height)
-    below = [np.flatnonzero(steps <= part * height) for part in LINEAR]
-    low, high = (int(b[-1]) if len(b) else 0 for b in below)
+    indices_below = [np.flatnonzero(steps <= part * height) for part in LINEAR]
+    low, high = (int(b[-1]) if len(b) else 0 for b in indices_below)
     sparse = high - low < SLOPE
-    if sparse and not (len(below[0]) and _has_falling_end(force, _estimate_noise_sd(force, top))):
+    if sparse and not (
+        len(indices_below[0]) and _has_falling_end(force, _estimate_noise_sd(force, top))
+    ):
         raise FileError(
             trace.path,
             f"has {max(high - low, 0)} samples between {LINEAR[0]:.0%} and "
@@ -204,10 +206,12 @@ def _estimate_noise_sd(force: Array, top: int) -> float:
 
 def _has_falling_end(force: Array, noise: float) -> bool:
     # use means over equal sections: the highest of many samples is a few standard errors too high
-    few = max(3, len(force) // 100)
+    width = max(3, len(force) // 100)
     sums = np.cumsum(force)  # a convolution with `few` steps per sample
-    greatest = float(max((sums[few:] - sums[:-few]).max(initial=-np.inf), sums[few - 1])) / few
-    return bool(force[-few:].mean() < 0.995 * greatest - 5 * noise / np.sqrt(few))
+    largest_mean = (
+        float(max((sums[width:] - sums[:-width]).max(initial=-np.inf), sums[width - 1])) / width
+    )
+    return bool(force[-width:].mean() < 0.995 * largest_mean - 5 * noise / np.sqrt(width))
 
 
 def _fit_peak(
@@ -218,15 +222,15 @@ def _fit_peak(
     smooth = _running_mean(force, 51)
     below_peak = np.flatnonzero(smooth[top:] < (1 - FALL) * height)
     end = top + int(below_peak[0]) if len(below_peak) else len(force)
-    before = np.flatnonzero(smooth[: top + 1] <= 0.97 * height)
-    onset = int(before[-1]) if len(before) else 0
+    lower_indices = np.flatnonzero(smooth[: top + 1] <= 0.97 * height)
+    onset = int(lower_indices[-1]) if len(lower_indices) else 0
     noise = _estimate_noise_sd(force, top)
     index = np.arange(onset, end)
     index = index[slip[index] > 3 * noise / stiffness + 1e-9]
-    falls = _has_falling_end(force, noise)
+    has_falling_end = _has_falling_end(force, noise)
     highest = float(force[:end].max())
     peak_fields = {
-        "has_peak": falls,
+        "has_peak": has_falling_end,
         "peak_samples": len(index),
         "noise": noise,
         "peak_sample": highest,
@@ -237,7 +241,7 @@ def _fit_peak(
         "peak_force_se": noise,
         "peak_elongation": float(u[top]),
     }
-    if not rises or len(index) < FEWEST or not falls:
+    if not rises or len(index) < FEWEST or not has_falling_end:
         return raw
     x = slip[index]
     scale = float(x.max())
@@ -250,7 +254,7 @@ def _fit_peak(
     top_basis = np.array([1.0, -top_slip, np.sqrt(top_slip)])
     peak = float(top_basis @ weights)
     if peak > (1 + ABOVE) * highest:
-        return raw  # the law's shape does not fit: its top is outside the samples
+        return raw  # the fitted law peaks outside the samples, so it does not fit
     covariance = variance * np.linalg.pinv(basis.T @ basis)
     return peak_fields | {
         "peak_force": peak,
@@ -267,6 +271,3 @@ def _misfit(excess: float, noise: float, samples: int) -> float:
     The largest of `samples` with white noise exceeds the peak by up to σ √(2 ln n).
     """
     return max(excess - noise * float(np.sqrt(2 * np.log(samples))), -excess, 0.0)
-
-
-loading_branch = select_loading  # former name

@@ -71,9 +71,9 @@ class _Parts:
         if samples.min() < 1:
             return None
         # a steep first rise may end within the first part
-        few = max(FEWEST, int(np.median(samples)) // 20)
+        width = max(FEWEST, int(np.median(samples)) // 20)
         mean = np.bincount(part, force[: top + 1], minlength=count) / samples
-        return cls(np.r_[float(force[:few].mean()), mean], part, few)
+        return cls(np.r_[float(force[:width].mean()), mean], part, width)
 
 
 def find_raised_lead(elongation: Array, force: Array) -> float | None:
@@ -85,8 +85,8 @@ def find_raised_lead(elongation: Array, force: Array) -> float | None:
     if parts is None:
         return None
     slope = np.diff(parts.mean)
-    steep = np.flatnonzero(slope >= FLAT * slope.max())
-    lead = int(steep[0]) if len(steep) else 0
+    steep_indices = np.flatnonzero(slope >= FLAT * slope.max())
+    lead = int(steep_indices[0]) if len(steep_indices) else 0
     mean = float(parts.mean[:lead].mean()) if lead else 0.0
     return mean if mean > RAISED * parts.mean[-1] else None
 
@@ -100,19 +100,19 @@ def find_second_rise(elongation: Array, force: Array) -> SecondRise | None:
     parts = _Parts.divide_record(elongation, force)
     if parts is None:
         return None
-    mean, least = parts.mean, CLEAR * noise_sd(force) / parts.few**0.5
+    mean, threshold = parts.mean, CLEAR * noise_sd(force) / parts.few**0.5
     slope = np.diff(mean)
-    before = np.maximum.accumulate(slope)
-    after = np.maximum.accumulate(slope[::-1])[::-1]
+    steepest_before = np.maximum.accumulate(slope)
+    steepest_after = np.maximum.accumulate(slope[::-1])[::-1]
     height = float(mean[-1] - mean[0])
-    flat = slope < FLAT * np.minimum(before, after)
-    edges = np.flatnonzero(np.diff(np.r_[False, flat, False].astype(int)))
+    is_flat = slope < FLAT * np.minimum(steepest_before, steepest_after)
+    edges = np.flatnonzero(np.diff(np.r_[False, is_flat, False].astype(int)))
     for begin, end in edges.reshape(-1, 2).tolist():
         first, second = float(mean[begin] - mean[0]), float(mean[-1] - mean[end])
         if (
             end - begin >= LONG * len(slope)
-            and first > max(FIRST * height, least)
-            and second > max(SECOND * height, least)
+            and first > max(FIRST * height, threshold)
+            and second > max(SECOND * height, threshold)
         ):
             index = int(np.argmax(parts.part >= end - 1))
             return SecondRise(
@@ -157,29 +157,29 @@ def find_unloading(
     the standard deviation of one sample [N].
     """
     longest, shortest = float(elongation.max()), float(elongation.min())
-    turn = len(elongation) - 1 - int(np.argmax(elongation[::-1]))
+    turn_index = len(elongation) - 1 - int(np.argmax(elongation[::-1]))
     # the crosshead may pause at the reversal
     first = int(np.argmax(elongation))
-    return_path, fall = elongation[turn:], force[turn:]
+    return_path, fall = elongation[turn_index:], force[turn_index:]
     if len(return_path) < FEWEST_BACK or longest - float(return_path.min()) < LEAST_WAY_BACK * (
         longest - shortest
     ):
         return None
     last = int(np.argmin(return_path)) + 1
     return_path, fall = return_path[:last], fall[:last]
-    few = max(1, min(len(fall) // 50, 5))
-    top = float(np.median(force[max(first - few, 0) : turn + 1]))
-    steep = _fit_return(return_path, fall, top, baseline)
+    width = max(1, min(len(fall) // 50, 5))
+    top = float(np.median(force[max(first - width, 0) : turn_index + 1]))
+    return_line = _fit_return(return_path, fall, top, baseline)
     out, pull_force = elongation[: first + 1], force[: first + 1]
     work, work_back = _compute_loop_area(out, pull_force), -_compute_loop_area(return_path, fall)
     end = max(1, len(fall) // 100)
     return Unloading(
-        stiffness=steep and steep.slope,
-        stiffness_se=steep and steep.slope_se,
+        stiffness=return_line and return_line.slope,
+        stiffness_se=return_line and return_line.slope_se,
         force_at_reversal=top,
         elongation_at_reversal=longest - onset,
         residual_force=float(fall[-end:].mean()),
-        residual_elongation=None if steep is None else steep.meets(baseline) - onset,
+        residual_elongation=None if return_line is None else return_line.meets(baseline) - onset,
         work=work,
         returned=work_back,
         loop=work - work_back,

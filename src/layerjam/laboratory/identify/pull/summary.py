@@ -184,19 +184,19 @@ def _find_start(trace: Trace, features: PullFeatures) -> Start:
     height, slope = float(features.peak_force), features.stiffness
     length = height / slope
     onset, baseline, error = features.origin, 0.0, 0.0
-    still = elongation <= first + 1e-9
-    if still[:FEWEST].all():  # the crosshead is at rest at first
-        baseline = float(np.median(force[: int(np.argmin(still)) or len(force)]))
+    is_at_rest = elongation <= first + 1e-9
+    if is_at_rest[:FEWEST].all():  # the crosshead is at rest at first
+        baseline = float(np.median(force[: int(np.argmin(is_at_rest)) or len(force)]))
         onset += baseline / slope
     for _ in range(4):
         margin = min(MARGIN * length, 0.3 * max(onset - first, 0.0))
-        before = elongation < onset - margin
-        before[int(np.argmax(elongation >= onset)) :] = False
-        if still[:FEWEST].all():
-            before |= still & (np.abs(force - baseline) < 0.1 * height)
-        if before.sum() < FEWEST or _is_rising(elongation[before], force[before], slope):
+        is_before = elongation < onset - margin
+        is_before[int(np.argmax(elongation >= onset)) :] = False
+        if is_at_rest[:FEWEST].all():
+            is_before |= is_at_rest & (np.abs(force - baseline) < 0.1 * height)
+        if is_before.sum() < FEWEST or _is_rising(elongation[is_before], force[is_before], slope):
             return _find_start_on_rise(elongation, force, features)
-        quiet_force = force[before]
+        quiet_force = force[is_before]
         baseline = float(quiet_force.mean())
         error = float(quiet_force.std(ddof=1)) / len(quiet_force) ** 0.5
         onset = features.origin + baseline / slope
@@ -269,9 +269,9 @@ def _find_start_on_rise(elongation: Array, force: Array, features: PullFeatures)
 
 def _find_bend_start(elongation: Array, force: Array) -> Start:
     """Return the start of a bent rise: where the force leaves the scatter of its first samples."""
-    few = max(FEWEST, len(force) // 200)
+    width = max(FEWEST, len(force) // 200)
     noise = noise_sd(force)
-    baseline = float(force[:few].mean())
+    baseline = float(force[:width].mean())
     smooth = running_mean(force, 9)
     limit = baseline + 6 * noise / 3 + 1e-3 * float(np.ptp(force))
     below_limit = np.flatnonzero(smooth[: int(np.argmax(smooth)) + 1] <= limit)
@@ -281,7 +281,7 @@ def _find_bend_start(elongation: Array, force: Array) -> Start:
         onset_se=None,
         slack=onset - float(elongation[0]),
         baseline=baseline,
-        baseline_se=noise / few**0.5,
+        baseline_se=noise / width**0.5,
         seen=onset - float(elongation[0]) > 0.01 * float(np.ptp(elongation)),
     )
 
@@ -321,8 +321,8 @@ def _fit_plateau(features: PullFeatures) -> Steady | None:
         return None
     sliding_travel = float(features.elongation[-1]) - features.peak_elongation
     start, stop = (features.peak_elongation + part * sliding_travel for part in STEADY)
-    inside = (features.elongation >= start) & (features.elongation <= stop)
-    x, y = features.elongation[inside], features.force[inside]
+    is_inside = (features.elongation >= start) & (features.elongation <= stop)
+    x, y = features.elongation[is_inside], features.force[is_inside]
     if len(x) < 3 * BLOCKS:
         return None
     # use block means, so that a feature within a block (a tooth, a patch of film) counts once
@@ -387,11 +387,15 @@ def _summary_notes(
 
 def _note_unused_samples(trace: Trace, unloading: Unloading | None) -> list[str]:
     """Return a notice about unused samples after the return or after the maximum elongation."""
-    turn = len(trace) - 1 - int(np.argmax(trace.elongation[::-1]))
-    used = turn + 1 if unloading is None else turn + int(np.argmin(trace.elongation[turn:])) + 1
+    turn_index = len(trace) - 1 - int(np.argmax(trace.elongation[::-1]))
+    used = (
+        turn_index + 1
+        if unloading is None
+        else turn_index + int(np.argmin(trace.elongation[turn_index:])) + 1
+    )
     unused = len(trace) - used
     if unused < FEWEST:
         return []
-    after = "its maximum elongation" if unloading is None else "the first return"
+    limit_text = "its maximum elongation" if unloading is None else "the first return"
     last_elongation = show(float(trace.elongation[used - 1]), "m")
-    return [f"{unused} samples after {after}, {last_elongation}, are not used"]
+    return [f"{unused} samples after {limit_text}, {last_elongation}, are not used"]

@@ -70,7 +70,7 @@ def stress(model: str, parameters: Mapping[str, float], strain: object) -> Array
     """Return the engineering stress [Pa] at strains of any shape in uniaxial tension."""
     if model not in PARAMETERS:
         raise UnknownNameError("hyperelastic model", model, PARAMETERS)
-    rubber = {ours: parameters[name] for name, ours in NAMES[model].items()}
+    rubber = {parameter: parameters[name] for name, parameter in NAMES[model].items()}
     law = Hyperelastic(strain=1, **rubber)
     return np.asarray(uniaxial_stress(np.asarray(strain, float), law, np))
 
@@ -98,8 +98,8 @@ def stability_limits(
     out = {}
     for mode, second in (("uniaxial", -h / 2), ("planar", 0 * h), ("equibiaxial", h)):
         a, b, c = _energy_curvature(model, parameters, h, second)
-        fine = (a > 0) & (c > 0) & (a * c - b * b > 0)
-        first_bad = int(np.argmin(fine)) if not fine.all() else points
+        is_stable = (a > 0) & (c > 0) & (a * c - b * b > 0)
+        first_bad = int(np.argmin(is_stable)) if not is_stable.all() else points
         out[mode] = float(np.expm1(h[first_bad - 1])) if first_bad else 0.0
     return out
 
@@ -152,9 +152,9 @@ def _solve_nonnegative(exponents: Array, stretch: Array, stress: Array) -> Array
     weights = np.maximum(project, 0.0)
     if len(weights) == 2:
         cross = float(columns[:, 0] @ columns[:, 1])
-        both = (project - cross * project[::-1]) / max(1 - cross**2, 1e-14)
-        single = weights * (weights >= weights.max())
-        weights = both if (both >= 0).all() else single
+        pair_weights = (project - cross * project[::-1]) / max(1 - cross**2, 1e-14)
+        single_weights = weights * (weights >= weights.max())
+        weights = pair_weights if (pair_weights >= 0).all() else single_weights
     return np.asarray(weights / size * np.sign(exponents))
 
 
@@ -181,8 +181,10 @@ def least_squares(
     starts = _list_exponents(stretch, stress, terms)
     if guess is not None:
         starts = [np.array([guess[f"alpha{i + 1}"] for i in range(terms)])]
-    close = {"xtol": 1e-10, "ftol": 1e-12, "gtol": 1e-14, "max_nfev": 60}
-    minima = [refine(residual, start, bounds=_LIMITS, x_scale=1.0, **close) for start in starts]
+    tolerances = {"xtol": 1e-10, "ftol": 1e-12, "gtol": 1e-14, "max_nfev": 60}
+    minima = [
+        refine(residual, start, bounds=_LIMITS, x_scale=1.0, **tolerances) for start in starts
+    ]
     best = min(minima, key=lambda one: float(one.cost))
     order = np.argsort(best.x)
     exponents = best.x[order]
@@ -205,9 +207,9 @@ def _list_exponents(stretch: Array, stress: Array, terms: int, count: int = 3) -
     i, j = np.triu_indices(len(_EXPONENTS), 2)
     cross, first, second = gram[i, j], project[i], project[j]
     independent = np.maximum(1 - cross**2, 1e-9)
-    both = (first - cross * second >= 0) & (second - cross * first >= 0)
+    is_positive = (first - cross * second >= 0) & (second - cross * first >= 0)
     pair = (first**2 + second**2 - 2 * cross * first * second) / independent
-    gain = np.where(both, pair, np.maximum(first, second).clip(0) ** 2)
+    gain = np.where(is_positive, pair, np.maximum(first, second).clip(0) ** 2)
     order = np.argsort(-gain)[:count]
     return [_EXPONENTS[[i[k], j[k]]] for k in order]
 
@@ -242,17 +244,19 @@ def fit_model(model: str, strain: Array, stress_measured: Array) -> Fit:
     n, k = len(x), len(PARAMETERS[model]) + 1
     blocks = []
     for part in np.array_split(np.arange(n), FOLDS):
-        others = np.delete(np.arange(n), part)
-        left = least_squares(model, x[others], y[others], parameters)
-        blocks.append(float(np.sqrt(np.mean((stress(model, left, x[part]) - y[part]) ** 2))))
+        kept_indices = np.delete(np.arange(n), part)
+        fold_fit = least_squares(model, x[kept_indices], y[kept_indices], parameters)
+        blocks.append(float(np.sqrt(np.mean((stress(model, fold_fit, x[part]) - y[part]) ** 2))))
     top = float(x[-1])
     stable_to = stability_limits(model, parameters, top)
     floor = 1e-12 * float(np.max(np.abs(y)))
     mean_square = max(float(np.mean(residuals**2)), floor**2)
     error_at_100 = None
     if x[0] <= 1 <= top:
-        due = float(np.interp(1.0, x, y))
-        error_at_100 = float(stress(model, parameters, 1.0)) / due - 1 if due else None
+        stress_at_100 = float(np.interp(1.0, x, y))
+        error_at_100 = (
+            float(stress(model, parameters, 1.0)) / stress_at_100 - 1 if stress_at_100 else None
+        )
     return Fit(
         model=model,
         parameters=parameters,
@@ -289,10 +293,10 @@ def choose_model(fits: Mapping[str, Fit]) -> tuple[str, str]:
             break
     unstable = [m for m, f in fits.items() if not f.stable]
     reason = (
-        f"{model} has the lowest error on {FOLDS} blocks of strain left out in turn"
+        f"{model} has the lowest cross-validation error ({FOLDS} blocks of strain)"
         if model == best
-        else f"{model} is the simplest whose error on {FOLDS} blocks of strain left out in turn is "
-        f"within two standard errors of the lowest, that of {best}"
+        else f"{model} is the simplest model whose cross-validation error ({FOLDS} blocks of "
+        f"strain) is within two standard errors of the lowest, that of {best}"
     )
     if unstable and len(unstable) < len(fits):
         reason += f"; excluded because unstable in tension over the curve: {', '.join(unstable)}"

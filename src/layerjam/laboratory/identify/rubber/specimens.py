@@ -58,12 +58,12 @@ def read(
 
 def fit_models(strain: Array, stress: Array, limit: float | None) -> dict[str, hyperelastic.Fit]:
     """Fit every model to stress [Pa] and strain [-], shape (N,), up to the strain `limit`."""
-    inside = strain <= (np.inf if limit is None else limit)
-    if inside.sum() < FEWEST:
+    is_inside = strain <= (np.inf if limit is None else limit)
+    if is_inside.sum() < FEWEST:
         raise FitError(
-            f"fit to: {int(inside.sum())} samples are below that strain; {FEWEST} are needed"
+            f"fit to: {int(is_inside.sum())} samples are below that strain; {FEWEST} are needed"
         )
-    return hyperelastic.fit_models(strain[inside], stress[inside])
+    return hyperelastic.fit_models(strain[is_inside], stress[is_inside])
 
 
 def find_silicone(

@@ -220,8 +220,8 @@ def _read_curve(path: str | Path, options: ReadingOptions) -> tuple[Log, tuple[s
     complete = next((pair for pair in pairs if all(role in log for role in pair)), None)
     if complete is None or not (given_roles <= set(complete) or in_order):
         nearest = max(pairs, key=lambda pair: _count_columns(log, pair))
-        due = [evolve(w, optional=False) for w in _WANTED if w.role in nearest]
-        read_log(path, due, options)
+        required_columns = [evolve(w, optional=False) for w in _WANTED if w.role in nearest]
+        read_log(path, required_columns, options)
         raise FileError(
             log.path,
             f"contains no pair of {' and '.join(sorted(given_roles)) or 'strain and stress'}",
@@ -326,7 +326,7 @@ _SIZES = {
 
 def _find_dimension(log: Log, si: str, size: float | None) -> float:
     """Return a dimension of the specimen, given or in the header: 'Specimen Length (mm);33'."""
-    words, holds, option = _SIZES[si]
+    words, quantity, option = _SIZES[si]
     if size:
         return size
     for key, values in log.head.items():
@@ -334,7 +334,7 @@ def _find_dimension(log: Log, si: str, size: float | None) -> float:
         if match and re.search(words, match[1]) and (unit := convert_unit(match[2], si)):
             with contextlib.suppress(ValueError):
                 return float(values[0].replace(",", ".")) * float(unit[0])
-    raise FileError(log.path, f"contains {holds}; state the specimen's {option}")
+    raise FileError(log.path, f"contains {quantity}; state the specimen's {option}")
 
 
 def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
@@ -343,9 +343,9 @@ def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
     At a reversal, the strain drops by more than 2 % of its range below its maximum so far. At a
     break, the stress drops below half of its peak within the loading and does not recover.
     """
-    reach = np.maximum.accumulate(strain)
+    max_strain = np.maximum.accumulate(strain)
     span = float(strain.max() - strain[0])
-    turns = np.flatnonzero(reach - strain > 0.02 * span)
+    turns = np.flatnonzero(max_strain - strain > 0.02 * span)
     end, notes = len(strain), []
     if turns.size:
         end = int(np.argmax(strain[: turns[0]])) + 1
@@ -368,10 +368,10 @@ def specimen_moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) ->
         raise FitError(f"initial modulus: the window from {low:.3g} to {high:.3g} is empty")
     x, y = specimen.strain, specimen.stress
     warnings = []
-    inside = (x >= low) & (x <= high)
+    is_inside = (x >= low) & (x <= high)
     slope = slope_se = None
-    if inside.sum() >= 4:
-        (line, base), cov = np.polyfit(x[inside], y[inside], 1, cov=True)
+    if is_inside.sum() >= 4:
+        (line, base), cov = np.polyfit(x[is_inside], y[is_inside], 1, cov=True)
         slope, slope_se = float(line), float(np.sqrt(cov[0, 0]))
         if base < -0.02 * slope:
             warnings.append(
@@ -380,7 +380,7 @@ def specimen_moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) ->
             )
     else:
         warnings.append(
-            f"{specimen.name}: {int(inside.sum())} samples lie between strains of {low:.0%} and "
+            f"{specimen.name}: {int(is_inside.sum())} samples lie between strains of {low:.0%} and "
             f"{high:.0%}; the initial modulus needs 4"
         )
     at_100, se_100 = _estimate_stress(x, y, 1.0)
@@ -422,10 +422,10 @@ def _estimate_stress(x: Array, y: Array, strain: float) -> tuple[float | None, f
     """Return the stress at a strain, and its standard error, by a parabola over ±10 % of it."""
     if not x[0] <= strain <= x[-1]:
         return None, None
-    inside = np.abs(x - strain) <= 0.1 * strain
-    if inside.sum() < 6:
+    is_inside = np.abs(x - strain) <= 0.1 * strain
+    if is_inside.sum() < 6:
         return float(np.interp(strain, x, y)), None
-    parabola, cov = np.polyfit(x[inside] - strain, y[inside], 2, cov=True)
+    parabola, cov = np.polyfit(x[is_inside] - strain, y[is_inside], 2, cov=True)
     return float(parabola[-1]), float(np.sqrt(cov[-1, -1]))
 
 
@@ -442,9 +442,9 @@ def find_material(specimen: Specimen, names: Mapping[str, str]) -> tuple[str, st
         fits = []
         for key, name in names.items():
             for form in (key, name):
-                short = re.sub(r"[^a-z0-9]+", "", normalise_name(form))
-                if re.search(rf"{short}(?!\d)", letters):
-                    fits.append((len(short), key))
+                compact_name = re.sub(r"[^a-z0-9]+", "", normalise_name(form))
+                if re.search(rf"{compact_name}(?!\d)", letters):
+                    fits.append((len(compact_name), key))
         if fits:
             return max(fits)[1], place
     return None

@@ -169,8 +169,10 @@ def uncalibrated(brake: Brake) -> Brake:
     A fitted dependence on pressure or speed is removed too; friction and enclosure remain as in the
     file.
     """
-    plain = remove_fitted(brake)
-    return evolve(plain, scale_factor=1.0, amplification_held=None, stiffness_measured=None)
+    handbook_brake = remove_fitted(brake)
+    return evolve(
+        handbook_brake, scale_factor=1.0, amplification_held=None, stiffness_measured=None
+    )
 
 
 def sample_force(pull: PullFeatures, points: np.ndarray) -> np.ndarray:

@@ -96,8 +96,8 @@ def check_validation(result: Validation, calibrated_on: int) -> tuple[Check, ...
         checks.append(
             check_trend("trend over speed", "residual", relative, speeds, "m/s", levels=2)
         )
-    single = check_single_pulls(result.pulls) if result.pulls else ()
-    return (*(c for c in checks if c is not None), *single)
+    single_checks = check_single_pulls(result.pulls) if result.pulls else ()
+    return (*(c for c in checks if c is not None), *single_checks)
 
 
 def _residual_drift(curve: CurveError) -> float:
@@ -109,9 +109,9 @@ def _residual_drift(curve: CurveError) -> float:
 
 def _check_mean(name: str, values: Sequence[float], words: str) -> Check:
     mean = summarise_repeats(values, positive=False)
-    sentence, small = words.format(format_percent(mean.mean)), abs(mean.mean) < SMALL
+    sentence, is_small = words.format(format_percent(mean.mean)), abs(mean.mean) < SMALL
     if mean.low is None or mean.high is None:
-        return check(name, small, f"{sentence} (one pull)")
+        return check(name, is_small, f"{sentence} (one pull)")
     low, high = format_percent(mean.low), format_percent(mean.high)
     sentence += f" (95 % interval {low} to {high}, {len(values)} pulls)"
-    return check(name, small or mean.low <= 0 <= mean.high, sentence)
+    return check(name, is_small or mean.low <= 0 <= mean.high, sentence)

@@ -4,7 +4,11 @@ import re
 import unicodedata
 
 from layerjam.laboratory.measure.readers import words
-from layerjam.laboratory.measure.readers.unit_words import common_unit, unit_role, weight_unit
+from layerjam.laboratory.measure.readers.unit_words import (
+    common_unit,
+    force_unit_for,
+    unit_role,
+)
 from layerjam.laboratory.measure.readers.words import normalise_name
 
 
@@ -38,7 +42,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return match[1].strip(), match[2]
     for mark in ("/", " in "):
         name, slash, unit = text.rpartition(mark)
-        if slash and (unit_role(unit) or (weight_unit(unit) and find_role(name) == "force")):
+        if slash and (unit_role(unit) or (force_unit_for(unit) and find_role(name) == "force")):
             return name.strip(), unit.strip()
     return _split_bare_unit(text)
 
@@ -53,7 +57,7 @@ def _split_bare_unit(text: str) -> tuple[str, str | None]:
         strong = re.search(r"[,:;_|]\s*$", text[: match.start(2)]) is not None
         if name_role == found_role[0] or (name_role is None and strong and match[1].strip()):
             return match[1].strip(), match[2]
-    if match and weight_unit(match[2]) and find_role(match[1]) == "force":
+    if match and force_unit_for(match[2]) and find_role(match[1]) == "force":
         return match[1].strip(), match[2]  # Load, g: the unit is reported as a mass
     match = _CAMEL.fullmatch(text)
     if match and (found_role := common_unit(match[2])) and find_role(match[1]) == found_role[0]:

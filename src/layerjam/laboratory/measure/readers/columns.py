@@ -19,7 +19,11 @@ from layerjam.laboratory.measure.readers.header import (
     find_conflict,
 )
 from layerjam.laboratory.measure.readers.hints import suggest_columns, suggest_order
-from layerjam.laboratory.measure.readers.unit_words import convert_unit, is_other_unit, weight_unit
+from layerjam.laboratory.measure.readers.unit_words import (
+    convert_unit,
+    force_unit_for,
+    is_other_unit,
+)
 
 
 def assign_by_order(
@@ -53,12 +57,12 @@ def assign_columns(
     header: Header,
     wants: Sequence[Want],
     entries: Mapping[str, ColumnEntry],
-    same: Callable[[Sequence[Column]], bool] | None = None,
+    are_equal: Callable[[Sequence[Column]], bool] | None = None,
 ) -> Assignment:
     """Return the column of each required quantity, and sentences that describe the choice.
 
-    `same` returns whether several columns are the same measurement; the first is then used. Raises
-    FileError if a column is missing or ambiguous, or has no unit or a unit of the wrong dimension.
+    `are_equal` returns whether several columns are the same measurement; the first is then used.
+    Raises FileError if a column is missing or ambiguous, or has no unit or a wrong dimension.
     """
     columns: dict[str, Column] = {}
     sentences = []
@@ -74,7 +78,7 @@ def assign_columns(
         best = min(rank for rank, _ in candidates)
         first = [c for rank, c in candidates if rank == best]
         spare = want.optional and want.role == "time"
-        if len(first) > 1 and not spare and not (same and same(first)):
+        if len(first) > 1 and not spare and not (are_equal and are_equal(first)):
             labels = [f"'{header.name_column(c.index)}'" for c in first[:4]]
             if want.optional and entry is None:
                 names = ", ".join(labels)
@@ -115,7 +119,7 @@ def _explain_missing(header: Header, want: Want, entry: ColumnEntry | None) -> s
     ]
     if same_name and (entry is None or not header.units[same_name[0]]):
         return _explain_unit(want, *header.columns[same_name[0]])
-    mass_columns = [(n, u) for n, u in header.columns if u and weight_unit(u)]
+    mass_columns = [(n, u) for n, u in header.columns if u and force_unit_for(u)]
     if entry is None and want.si == "N" and len(mass_columns) == 1:
         return _explain_unit(want, *mass_columns[0])
     if entry is not None:
@@ -160,7 +164,7 @@ def _explain_unit(want: Want, name: str, unit: str | None) -> str:
     if not unit:
         return f"column '{label}' has no unit; {role} needs a unit such as {want.unit_names}"
     text = f"column '{label}' is in '{shorten(unit)}', which is not a unit of {role}"
-    weight = weight_unit(unit) if want.si == "N" else None
+    weight = force_unit_for(unit) if want.si == "N" else None
     if weight:
         return f"{text}, a unit of mass; if its weight is meant, that is {weight}"
     if is_other_unit(unit, want.units[0], want.si):

@@ -88,13 +88,13 @@ def decode_file(name: str, data: bytes) -> tuple[bytes, str]:
                 name, f"is incomplete: its {kind} text ends early or is damaged"
             ) from None
     data = data.removeprefix(codecs.BOM_UTF8)
-    odd = next((c for c in data[:4096] if c < 32 and c not in _ALLOWED), None)
-    if odd is not None or b"\0" in data:
+    control_character = next((c for c in data[:4096] if c < 32 and c not in _ALLOWED), None)
+    if control_character is not None or b"\0" in data:
         raise FileError(name, "is binary, not a text file of numbers")
     encoding = _guess_encoding(data)
     if not data.isascii():
-        for mark, plain in TYPOGRAPHY.items():
-            data = _replace_sign(data, mark, plain, encoding)
+        for mark, ascii_mark in TYPOGRAPHY.items():
+            data = _replace_sign(data, mark, ascii_mark, encoding)
     return data, encoding
 
 
@@ -132,15 +132,15 @@ def _guess_encoding(data: bytes) -> str:
         pass
     lines = [line for line in data[:_HEAD].splitlines() if not line.isascii()][:100]
     text = b"\n".join(lines)
-    best, greatest = "cp1252", 0
+    best_encoding, highest_score = "cp1252", 0
     for page in _PAGES:
         try:
             score = _score_text(text.decode(page))
         except UnicodeDecodeError:
             continue
-        if score > greatest:
-            best, greatest = page, score
-    return best
+        if score > highest_score:
+            best_encoding, highest_score = page, score
+    return best_encoding
 
 
 def _score_text(text: str) -> int:

@@ -15,7 +15,11 @@ from layerjam.laboratory.measure.readers.column_names import (
     shorten,
 )
 from layerjam.laboratory.measure.readers.stamps import STAMPS, unwrap_stamps
-from layerjam.laboratory.measure.readers.unit_words import convert_unit, is_other_unit, weight_unit
+from layerjam.laboratory.measure.readers.unit_words import (
+    convert_unit,
+    force_unit_for,
+    is_other_unit,
+)
 from layerjam.laboratory.measure.readers.words import normalise_name
 from layerjam.laboratory.measure.trace import Array
 
@@ -183,10 +187,12 @@ class Header:
             return [i for i, n in enumerate(names) if n == wanted_name]
         base, mark, number = wanted_name.rpartition("#")
         if mark and number.isdigit():
-            same = [i for i, n in enumerate(names) if n == base.strip() or not base]
-            return same[int(number) - 1 : int(number)] if int(number) else []
+            matches = [i for i, n in enumerate(names) if n == base.strip() or not base]
+            return matches[int(number) - 1 : int(number)] if int(number) else []
         return [
-            i for i, (n, u) in enumerate(self.columns) if u and _letters(n + u) == _letters(name)
+            i
+            for i, (n, u) in enumerate(self.columns)
+            if u and _keep_letters(n + u) == _keep_letters(name)
         ]
 
     def name_column(self, index: int) -> str:
@@ -194,11 +200,11 @@ class Header:
         name = " ".join(self.names[index].split())
         if not name or len(name) > 40 or not name.isprintable() or set(name) & set(',="#'):
             return f"#{index + 1}"
-        same = self.find_columns(name)
-        return name if len(same) == 1 else f"{name}#{same.index(index) + 1}"
+        indices = self.find_columns(name)
+        return name if len(indices) == 1 else f"{name}#{indices.index(index) + 1}"
 
 
-def _letters(name: str) -> str:
+def _keep_letters(name: str) -> str:
     """Return the letters and digits of a name, to compare 'Load (kN)' with 'Load_kN'."""
     return re.sub(r"[^\w%°µ]|_", "", normalise_name(name))
 
@@ -209,6 +215,6 @@ def find_conflict(header: Header, column: Column, si: str) -> str | None:
     if not file_unit or not column.unit or not is_other_unit(file_unit, column.unit, si):
         return None
     name = shorten(header.names[column.index])
-    weight = weight_unit(file_unit) if si == "N" else None
-    means = f", which as a force is {weight}" if weight else ""
-    return f"column '{name}' is in '{shorten(file_unit)}'{means}, not in '{column.unit}' as given"
+    weight = force_unit_for(file_unit) if si == "N" else None
+    note = f", which as a force is {weight}" if weight else ""
+    return f"column '{name}' is in '{shorten(file_unit)}'{note}, not in '{column.unit}' as given"

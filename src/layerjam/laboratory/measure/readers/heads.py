@@ -9,7 +9,11 @@ from layerjam.laboratory.measure.readers.column_names import find_role
 from layerjam.laboratory.measure.readers.lines import Lines
 from layerjam.laboratory.measure.readers.stamps import find_stamp_unit
 from layerjam.laboratory.measure.readers.table import Block
-from layerjam.laboratory.measure.readers.unit_words import common_unit, unit_role, weight_unit
+from layerjam.laboratory.measure.readers.unit_words import (
+    common_unit,
+    force_unit_for,
+    unit_role,
+)
 from layerjam.laboratory.measure.readers.words import normalise_name
 
 _NAMES_TOO = ("in", "min", "mil")
@@ -66,6 +70,6 @@ def find_stated_units(texts: Sequence[str]) -> dict[str, str]:
         unit, role_named = unit_role(match[2]), find_role(match[1])
         if unit and role_named == unit[0]:
             units_of[unit[0]].add(match[2])
-        elif role_named == "force" and weight_unit(match[2]):
+        elif role_named == "force" and force_unit_for(match[2]):
             units_of["force"].add(match[2])
     return {role: units.pop() for role, units in units_of.items() if len(units) == 1}

@@ -6,7 +6,11 @@ from layerjam.core.system import quote_word
 from layerjam.laboratory.measure.options import SKIP, ColumnEntry
 from layerjam.laboratory.measure.readers.column_names import find_role
 from layerjam.laboratory.measure.readers.header import Column, Header, Want
-from layerjam.laboratory.measure.readers.unit_words import convert_unit, is_other_unit, weight_unit
+from layerjam.laboratory.measure.readers.unit_words import (
+    convert_unit,
+    force_unit_for,
+    is_other_unit,
+)
 from layerjam.laboratory.measure.readers.words import normalise_name
 
 SYMBOLS = {
@@ -54,7 +58,7 @@ def suggest_columns(
         if index is None:
             return ""
         used.add(index)
-        unit = weight_unit(header.units[index] or "") if want.si == "N" else None
+        unit = force_unit_for(header.units[index] or "") if want.si == "N" else None
         parts.append(format_entry(want.role, unit or want.units[0], header.name_column(index)))
     return f" (specify it: --columns {quote_word(','.join(parts))})" if parts else ""
 
@@ -66,15 +70,15 @@ def suggest_order(
 
     Names, symbols and units decide if they can; the other columns follow in the usual order.
     """
-    due = [w for w in wants if not w.optional] or list(wants[:2])
-    if len(header.names) > len(due):
-        due = [w for w in wants if w in due or w.role == "time"]
+    required_columns = [w for w in wants if not w.optional] or list(wants[:2])
+    if len(header.names) > len(required_columns):
+        required_columns = [w for w in wants if w in required_columns or w.role == "time"]
     roles: dict[int, str] = {
         i: format_entry(c.role, c.unit) for i, c in (columns_given or {}).items()
     }
     roles_taken = {c.role for c in (columns_given or {}).values()}
-    left = [w for w in due if w.role not in roles_taken]
-    for want in list(left):
+    open_columns = [w for w in required_columns if w.role not in roles_taken]
+    for want in list(open_columns):
         index = guess_column(header, want, roles, by_order=False)
         candidates = header.candidates(want)
         if candidates and index is None:
@@ -84,8 +88,8 @@ def suggest_order(
         unit = header.units[index] or ""
         known = convert_unit(unit, want.si) is not None
         roles[index] = format_entry(want.role, unit if known else want.units[0])
-        left.remove(want)
-    for want in left:
+        open_columns.remove(want)
+    for want in open_columns:
         index = next((i for i in range(len(header.names)) if i not in roles), None)
         if index is None:
             return ""
@@ -100,18 +104,18 @@ def format_entry(role: str, unit: str, name: str = "") -> str:
 
 
 def guess_column(
-    header: Header, want: Want, used: Collection[int], by_order: bool = True
+    header: Header, want: Want, taken_columns: Collection[int], by_order: bool = True
 ) -> int | None:
     """Return the column without a unit of another quantity that most likely has this quantity."""
     free = [
         i
         for i, (name, unit) in enumerate(header.columns)
-        if i not in used
+        if i not in taken_columns
         and (name or unit)
-        and not (unit and is_other_unit(unit, want.units[0], want.si) and not weight_unit(unit))
+        and not (unit and is_other_unit(unit, want.units[0], want.si) and not force_unit_for(unit))
     ]
     by_name = [i for i in free if want.can_be_named(header.names[i])]
     symbols = [i for i in free if normalise_name(header.names[i]) in SYMBOLS.get(want.role, ())]
-    heavy = [i for i in free if want.si == "N" and weight_unit(header.units[i] or "")]
-    bare = [i for i in free if not header.units[i] and not find_role(header.names[i])]
-    return next(iter([*by_name, *symbols, *heavy, *(bare if by_order else ())]), None)
+    heavy = [i for i in free if want.si == "N" and force_unit_for(header.units[i] or "")]
+    bare_columns = [i for i in free if not header.units[i] and not find_role(header.names[i])]
+    return next(iter([*by_name, *symbols, *heavy, *(bare_columns if by_order else ())]), None)

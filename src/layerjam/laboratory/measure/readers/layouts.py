@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from layerjam.core.plugins import list_plugins, load_plugin
-from layerjam.laboratory.measure.readers.unit_words import convert_unit, weight_unit
+from layerjam.laboratory.measure.readers.unit_words import convert_unit, force_unit_for
 
 GROUP = "layerjam.layouts"
 """Entry points: functions from the bytes of a file to its Layout; others return it as it is."""
@@ -120,9 +120,11 @@ def read_labview(data: bytes) -> Layout:
     decimal = decimal_line[1].decode() if decimal_line else None
     first = 0
     for end in ends[1:] or ends:
-        above = {f[0]: f[1:] for f in (line.split(mark) for line in lines[first:end]) if f[0]}
+        head_entries = {
+            f[0]: f[1:] for f in (line.split(mark) for line in lines[first:end]) if f[0]
+        }
         lines[first : end + 1] = [b""] * (end + 1 - first)
-        first = _prepare_lvm_rows(lines, end + 1, above, mark, decimal or ".")
+        first = _prepare_lvm_rows(lines, end + 1, head_entries, mark, decimal or ".")
     return Layout(b"\n".join(lines), decimal=decimal)
 
 
@@ -194,7 +196,7 @@ def _find_cell_unit(cells: Sequence[bytes]) -> bytes:
     if len(units) != 1 or not all(matches):
         return b""
     text = next(iter(units)).decode(errors="replace")
-    known = weight_unit(text) or any(convert_unit(text, si) for si in _QUANTITIES)
+    known = force_unit_for(text) or any(convert_unit(text, si) for si in _QUANTITIES)
     return next(iter(units)) if known else b""
 
 
@@ -225,19 +227,19 @@ def read_mts(data: bytes) -> Layout:
         return Layout(data)
     lines = data.split(b"\n")
     heads = [n for n in range(len(lines) - 1) if _is_header(lines[n], lines[n + 1])]
-    same = [n for n in heads if lines[n : n + 2] == lines[heads[0] : heads[0] + 2]]
-    if len(same) < 2 or len(same) < len(heads):
+    matches = [n for n in heads if lines[n : n + 2] == lines[heads[0] : heads[0] + 2]]
+    if len(matches) < 2 or len(matches) < len(heads):
         return Layout(data)
     names = _find_words(lines[heads[0]], b"\t")
     times = [k for k, name in enumerate(names) if re.fullmatch(rb"(running )?time", name)]
-    rows = [_find_last_row(lines, n) for n in same[1:]]
-    for head, row in zip(same[1:], rows, strict=True):
+    rows = [_find_last_row(lines, n) for n in matches[1:]]
+    for head, row in zip(matches[1:], rows, strict=True):
         before, after = (_read_number(lines, n, times) for n in (row, head + 2))
         if before is not None and after is not None and after < before:
             return Layout(data)
-    for head, row in zip(same[1:], rows, strict=True):
+    for head, row in zip(matches[1:], rows, strict=True):
         lines[row + 1 : head + 2] = [b""] * (head + 1 - row)
-    return Layout(b"\n".join(lines), (f"{len(same)} blocks of one test, read as one table",))
+    return Layout(b"\n".join(lines), (f"{len(matches)} blocks of one test, read as one table",))
 
 
 def _is_header(names: bytes, units: bytes) -> bool:

@@ -119,9 +119,9 @@ def read_lines(source: Source) -> Lines:
     if stops[longest] - starts[longest] > LONGEST_LINE:
         raise source.make_length_error(int(stops[longest] - starts[longest]), longest + 1)
     kinds = np.frombuffer(source.data.translate(_KINDS), np.uint8)
-    holds = np.bitwise_or.reduceat(kinds, starts)
-    blank = (holds if separator == " " else holds & ~_SEPARATOR) == 0
-    digit, has_letters = holds & _DIGIT > 0, holds & _LETTER > 0
+    kinds_of_line = np.bitwise_or.reduceat(kinds, starts)
+    blank = (kinds_of_line if separator == " " else kinds_of_line & ~_SEPARATOR) == 0
+    digit, has_letters = kinds_of_line & _DIGIT > 0, kinds_of_line & _LETTER > 0
     pure = digit & ~has_letters
     lines = Lines(source, separator, starts, stops, pure.copy(), pure, blank)
     for line in np.flatnonzero(digit & has_letters).tolist():
@@ -224,19 +224,21 @@ class Rows:
     def _complete_fields(self, fields: list[str], line: int) -> list[str]:
         """Return one field per column; raises FileError if there are too few or too many."""
         path, width = self.source.path, len(self.table.header.names)
-        missing, cut_off = width - len(fields), self.is_broken_off
-        if missing == 0 or (missing < 0 and not any(fields[width:])):
+        missing_count, cut_off = width - len(fields), self.is_broken_off
+        if missing_count == 0 or (missing_count < 0 and not any(fields[width:])):
             return fields[:width]
-        if missing > 0 and self.shared and not cut_off(line):
-            return [*fields, *[""] * missing]
-        due = f"{describe_count(len(fields))} instead of {width}"
+        if missing_count > 0 and self.shared and not cut_off(line):
+            return [*fields, *[""] * missing_count]
+        difference = f"{describe_count(len(fields))} instead of {width}"
         if cut_off(line):
-            raise FileError(path, f"the last line is cut off: {due}; the file is incomplete", line)
+            raise FileError(
+                path, f"the last line is cut off: {difference}; the file is incomplete", line
+            )
         if not any(map(can_be_number, fields)):
             raise make_no_numbers_error(path, fields, line)
-        if missing < 0 and line == self.source.line_number(self.table.first):
-            due += "; decimal commas need a column separator other than a comma"
-        raise FileError(path, f"has {due}", line)
+        if missing_count < 0 and line == self.source.line_number(self.table.first):
+            difference += "; decimal commas need a column separator other than a comma"
+        raise FileError(path, f"has {difference}", line)
 
 
 def make_no_numbers_error(path: str, parts: Sequence[str], line: int) -> FileError:

@@ -122,8 +122,8 @@ def _read_with_pandas(rows: Rows, columns: Sequence[Column], decimal: str) -> li
         return None  # pandas would read True as 1
     lines, raw = body.count(b"\n") + 1, np.frombuffer(body + b"\n", np.uint8)
     cuts = raw[(raw == ord(mark)) | (raw == ord("\n"))]
-    even = len(cuts) == lines * width and (cuts[width - 1 :: width] == ord("\n")).all()
-    if not even or not body.isascii():
+    is_rectangular = len(cuts) == lines * width and (cuts[width - 1 :: width] == ord("\n")).all()
+    if not is_rectangular or not body.isascii():
         return None
     try:
         frame = pandas.read_csv(

@@ -17,15 +17,15 @@ def pair_times(rows: Rows, wants: Sequence[Want], entries: Mapping[str, ColumnEn
     """
     header = rows.table.header
     clock = next((w for w in wants if w.role == "time" and w.role not in entries), None)
-    main = next((w for w in wants if w.role != "time" and not w.optional), None)
+    main_column = next((w for w in wants if w.role != "time" and not w.optional), None)
     times = [c.index for _, c in header.candidates(clock)] if clock else []
     if (
-        main is None
+        main_column is None
         or len(times) < 2
         or {header.names[i] for i in times} != {header.names[times[0]]}
     ):
         return rows
-    channel = _find_only_column(header.candidates(main, entries.get(main.role)))
+    channel = _find_only_column(header.candidates(main_column, entries.get(main_column.role)))
     if channel is None or channel.index < times[0]:
         return rows
     start = max(i for i in times if i < channel.index)

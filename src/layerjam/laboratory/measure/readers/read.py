@@ -152,8 +152,12 @@ def read_layerjam_csv(source: Source, options: ReadingOptions) -> Trace:
             indices.add(names.index(name))
         elif not want.optional or name != want.role:
             raise table.header.error(f"has no column '{shorten(name)}'; {table.header.describe()}")
-    ours = replace(options, decimal=".", columns=None if options.by_order else options.columns)
-    trace = Specimen(Rows(source, table), table.header.select(indices), OWN_FORMAT).read(ours)
+    csv_options = replace(
+        options, decimal=".", columns=None if options.by_order else options.columns
+    )
+    trace = Specimen(Rows(source, table), table.header.select(indices), OWN_FORMAT).read(
+        csv_options
+    )
     if trace.facts.vacuum is not None:
         return trace
     return replace(trace, facts=replace(trace.facts, vacuum=_read_header_vacuum(source)))

@@ -69,8 +69,8 @@ class Specimen:
         if (order := options.by_order) is not None:
             columns, sentences = assign_by_order(self.header, self.wants, entries, len(order))
         else:
-            alike = partial(are_equal_columns, rows, decimal=decimal)
-            columns, sentences = assign_columns(self.header, self.wants, entries, alike)
+            are_equal = partial(are_equal_columns, rows, decimal=decimal)
+            columns, sentences = assign_columns(self.header, self.wants, entries, are_equal)
         notes = [*sentences, *source.notes, *self.notes]
         values = dict(
             zip(columns, read_columns(rows, list(columns.values()), decimal), strict=True)
@@ -132,9 +132,9 @@ def find_specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
     fit = [b for b in blocks if _has_columns(b, entries, wants)]
     if not fit:
         raise _explain_unreadable(lines, blocks, entries)
-    main = max(fit, key=lambda b: b.rows)
-    used = [b for b in fit if _is_like_largest(b, main)]
-    _reject_orphan_rows(lines, blocks, used, main)
+    largest_block = max(fit, key=lambda b: b.rows)
+    used = [b for b in fit if _is_like_largest(b, largest_block)]
+    _reject_orphan_rows(lines, blocks, used, largest_block)
     result = [
         s for b in used for s in _split_side_by_side(source, b, entries, wants, len(used) > 1)
     ]
@@ -160,8 +160,8 @@ def _has_columns(block: Block, entries: Mapping[str, ColumnEntry], wants: Sequen
 
 
 def _has_time_axis(header: Header, entries: Mapping[str, ColumnEntry]) -> bool:
-    due = [replace(w, optional=False) for w in TIMED if w.role != "elongation"]
-    return has_all_columns(header, entries, due)
+    required_columns = [replace(w, optional=False) for w in TIMED if w.role != "elongation"]
+    return has_all_columns(header, entries, required_columns)
 
 
 def _is_like_largest(block: Block, main: Block) -> bool:
@@ -177,8 +177,8 @@ def _select_by_order(lines: Lines, blocks: list[Block], count: int) -> list[Spec
     fit = [b for b in blocks if b.width == count] or blocks
     if not fit:
         raise FileError(lines.source.path, "contains no row of numbers")
-    main = max(fit, key=lambda b: b.rows)
-    used = [b for b in fit if b is main or (b.pure and b.rows >= FEWEST_ROWS)]
+    largest_block = max(fit, key=lambda b: b.rows)
+    used = [b for b in fit if b is largest_block or (b.pure and b.rows >= FEWEST_ROWS)]
     warnings, result = _note_skipped_lines(lines, blocks, used), []
     for k, block in enumerate(used, 1):
         table = make_bare_table(lines, block)
@@ -198,14 +198,16 @@ def _explain_unreadable(
 ) -> FileError:
     path = lines.source.path
     tables = [b.table for b in blocks if b.table is not None]
-    bare = max((b for b in blocks if b.pure), key=lambda b: b.rows, default=None)
+    bare_block = max((b for b in blocks if b.pure), key=lambda b: b.rows, default=None)
     best = max(tables, key=lambda t: (bool(t.header.style), t.rows), default=None)
-    if best is None or (bare is not None and bare.table is None and best.rows * 10 < bare.rows):
-        if bare is not None and bare.rows >= FEWEST_ROWS and bare.width >= 2:
-            order = suggest_order(make_bare_table(lines, bare).header, PULL)
+    if best is None or (
+        bare_block is not None and bare_block.table is None and best.rows * 10 < bare_block.rows
+    ):
+        if bare_block is not None and bare_block.rows >= FEWEST_ROWS and bare_block.width >= 2:
+            order = suggest_order(make_bare_table(lines, bare_block).header, PULL)
             return FileError(
                 path,
-                f"is not in a known format: {bare.width} columns of numbers without names; "
+                f"is not in a known format: {bare_block.width} columns of numbers without names; "
                 "specify each one",
                 how=f", in order, such as {order}",
                 asks="columns",
@@ -242,16 +244,18 @@ def _explain_unreadable(
     return best.header.error(f"cannot be read; {best.header.describe()}")
 
 
-def _reject_orphan_rows(lines: Lines, blocks: list[Block], used: list[Block], main: Block) -> None:
+def _reject_orphan_rows(
+    lines: Lines, blocks: list[Block], blocks_used: list[Block], main: Block
+) -> None:
     """Reject rows as wide as the table but without a header: the file is damaged there."""
     for k, block in enumerate(blocks):
-        if block in used or not block.pure or block.width != main.width:
+        if block in blocks_used or not block.pure or block.width != main.width:
             continue
         if block.has_units:
             continue
-        before = next((b for b in reversed(blocks[:k]) if b in used), None)
-        if before is not None:
-            line = next(n for n in range(before.last + 1, block.first) if not lines.blank[n])
+        block_before = next((b for b in reversed(blocks[:k]) if b in blocks_used), None)
+        if block_before is not None:
+            line = next(n for n in range(block_before.last + 1, block.first) if not lines.blank[n])
             raise make_no_numbers_error(lines.source.path, [lines.text(line)], line + 1)
         if block.rows >= 2:
             raise FileError(
@@ -261,15 +265,17 @@ def _reject_orphan_rows(lines: Lines, blocks: list[Block], used: list[Block], ma
             )
 
 
-def _note_skipped_lines(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[str, ...]:
-    end = used[-1].last + 1
-    below = [n for n in range(end, min(end + 50, len(lines.starts))) if not lines.blank[n]]
-    if not below:
+def _note_skipped_lines(
+    lines: Lines, blocks: list[Block], blocks_used: list[Block]
+) -> tuple[str, ...]:
+    end = blocks_used[-1].last + 1
+    lines_below = [n for n in range(end, min(end + 50, len(lines.starts))) if not lines.blank[n]]
+    if not lines_below:
         return ()
     count = int((~lines.blank[end:]).sum())
     line_count = f"{count} lines" if count > 1 else "1 line"
-    text = shorten(lines.text(below[0]))
-    return (f"ignored {line_count} below the numbers, from line {below[0] + 1}: '{text}'",)
+    text = shorten(lines.text(lines_below[0]))
+    return (f"ignored {line_count} below the numbers, from line {lines_below[0] + 1}: '{text}'",)
 
 
 def _split_side_by_side(
@@ -311,9 +317,10 @@ def _group_columns(head: Header) -> list[list[int]]:
     starts = [i for i, cell in enumerate(head.label) if cell and i < len(head.names)]
     labelled = len(starts) > 1 and starts[0] == columns[0] and len(starts) < len(columns)
     if labelled and all(_is_specimen_number(head.label[i]) for i in starts):
-        inside = set(columns)
+        column_set = set(columns)
         return [
-            [i for i in range(a, b) if i in inside] for a, b in pairwise([*starts, len(head.names)])
+            [i for i in range(a, b) if i in column_set]
+            for a, b in pairwise([*starts, len(head.names)])
         ]
     for times in ([], columns[:1]):
         if times and not _is_time(head.units[times[0]]):

@@ -38,7 +38,7 @@ def read_stamp(cell: str) -> tuple[str, float] | None:
     try:
         moment = datetime.fromisoformat(f"{day}T{time}{zone or ''}")
     except ValueError:
-        return None  # the 31st of June
+        return None  # an impossible date, such as 31 June
     if moment.tzinfo is None:
         moment = moment.replace(tzinfo=UTC)
     return DATE, moment.timestamp() + float(f"0.{fraction or 0}")
@@ -54,5 +54,5 @@ def unwrap_stamps(seconds: Array, unit: str) -> Array:
     """Return dates counted from the first, and times of day that go on after midnight."""
     if unit == DATE:
         return seconds - seconds[0]
-    falls = np.diff(seconds, prepend=seconds[0]) < -_DAY / 2
-    return seconds + _DAY * np.cumsum(falls)
+    is_midnight = np.diff(seconds, prepend=seconds[0]) < -_DAY / 2
+    return seconds + _DAY * np.cumsum(is_midnight)

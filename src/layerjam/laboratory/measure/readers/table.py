@@ -54,9 +54,9 @@ class Block:
 
 def find_headless_table(lines: Lines, blocks: list[Block]) -> Table | None:
     """Return a header at the end of the file, without numbers below it."""
-    after = blocks[-1].last + 1 if blocks else 0
-    above = _select_text_lines(lines, range(after, len(lines.starts)))
-    head = _find_head(lines, above[-_LINES_ABOVE:], 0)
+    first_line = blocks[-1].last + 1 if blocks else 0
+    text_lines = _select_text_lines(lines, range(first_line, len(lines.starts)))
+    head = _find_head(lines, text_lines[-_LINES_ABOVE:], 0)
     return Table(head, lines.separator, len(lines.source.data)) if head else None
 
 
@@ -100,12 +100,12 @@ def find_blocks(lines: Lines) -> list[Block]:
             lines.source.path, f"has {len(spans)} blocks of numbers separated by text; not a table"
         )
     sizes = sorted((b - a for a, b in spans), reverse=True)
-    least = sizes[_MOST_HEADS] if len(sizes) > _MOST_HEADS else 0
-    blocks, before = [], 0
+    min_size = sizes[_MOST_HEADS] if len(sizes) > _MOST_HEADS else 0
+    blocks, line_before = [], 0
     for a, b in spans:
-        above = tuple(rows[before:a][-_LINES_ABOVE:].tolist()) if b - a > least else ()
+        above = tuple(rows[line_before:a][-_LINES_ABOVE:].tolist()) if b - a > min_size else ()
         blocks.append(_make_block(lines, rows[a:b], above))
-        before = b
+        line_before = b
     return blocks
 
 
@@ -178,23 +178,23 @@ def _split_text(text: str, separator: str) -> list[str]:
 
 def share_headers(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
     """Yield the blocks; below a title such as "Specimen 2", the previous header is used."""
-    before: Block | None = None
+    block_before: Block | None = None
     for plain_block in blocks:
         block = plain_block
         if (
-            before is not None
-            and before.table is not None
-            and block.width == before.width
+            block_before is not None
+            and block_before.table is not None
+            and block.width == block_before.width
             and not block.has_units
             and 0 < len(block.above) <= 3
             and re.search(words.SPECIMEN, words.normalise_name(lines.text(block.above[0])))
         ):
             title = lines.text(block.above[0]).strip(' ;,"\t')
-            table = _make_table(before.table.header, lines, block)
+            table = _make_table(block_before.table.header, lines, block)
             block = replace(block, table=table, title=title)
         yield block
         if block.has_units:
-            before = block
+            block_before = block
 
 
 def find_head(above: Sequence[tuple[int, str]], separator: str, width: int) -> Header | None:

@@ -52,12 +52,12 @@ def common_unit(unit: str) -> tuple[str, Fraction] | None:
     text = unicodedata.normalize("NFKC", unit).strip().replace("µ", "μ")
     text = re.sub(r"^(?:in|en|em|w|в) (?=\S)", "", text).rstrip(".").strip()
     if text in ("M", "H", "М"):
-        return None  # mega, henry or a mass: ambiguous
+        return None  # ambiguous: mega, henry or a mass
     lower = text.lower()
     return _CASED.get(text) or _KNOWN.get(lower) or _KNOWN.get(re.sub(r"[ _]", "-", lower))
 
 
-def weight_unit(unit: str) -> str | None:
+def force_unit_for(unit: str) -> str | None:
     """Return the force unit meant by a mass unit on a load cell, such as gf for g."""
     text = unicodedata.normalize("NFKC", unit).strip().rstrip(".").strip()
     return _WEIGHTS.get(text.lower()) if text not in ("G", "T") else None
@@ -67,8 +67,8 @@ def _look_up_unit(unit: str) -> tuple[str, Fraction] | None:
     """Return (role, factor) from the table of all units (pdl, dm, Å) if its size is plausible."""
     text = unicodedata.normalize("NFKC", unit).strip()
     if not 0 < len(text) <= 20 or "/" in text or any(c.isdigit() for c in text):
-        return None  # mm/min or mm2: other quantities
-    if weight_unit(text) or len(text) == 1:
+        return None  # units of other quantities, such as mm/min or mm2
+    if force_unit_for(text) or len(text) == 1:
         return None
     for role, si in ROLES.items():
         factor = unit_factor(text, si)
@@ -128,7 +128,7 @@ def is_other_unit(file_unit: str, unit: str, si: str) -> bool:
     It may differ in size or in dimension; for a force, g means gf. False for an unknown unit.
     """
     given_scale, file_scale = convert_unit(unit, si), convert_unit(file_unit, si)
-    if file_scale is None and si == "N" and (weight := weight_unit(file_unit)):
+    if file_scale is None and si == "N" and (weight := force_unit_for(file_unit)):
         file_scale = convert_unit(weight, si)
     if file_scale is None:
         return any(

@@ -527,7 +527,7 @@ LJ_WITHIN double lj_uniform(uint64_t word)
 LJ_APART double lj_draw_from_tail(uint64_t word, const lj_layers *layers)
 {
     uint64_t layer;
-    double place, edge, x, excess, after, high, low;
+    double place, edge, x, excess, next_edge, high, low;
     for (;;) {
         layer = word & 255;
         place = 2.0 * lj_uniform(word) - 1.0;
@@ -550,9 +550,9 @@ LJ_APART double lj_draw_from_tail(uint64_t word, const lj_layers *layers)
         }
         word = lj_mix_bits((word + UINT64_C(11400714819323198485)) &
             UINT64_C(18446744073709551615));
-        after = layers->edges[layer + 1];
+        next_edge = layers->edges[layer + 1];
         high = exp(-0.5 * (edge * edge - x * x));
-        low = exp(-0.5 * (after * after - x * x));
+        low = exp(-0.5 * (next_edge * next_edge - x * x));
         if (low + lj_uniform(word) * (high - low) < 1.0) {
             return x;
         }
@@ -621,16 +621,16 @@ LJ_WITHIN void lj_slopes(double v, double w, double a, double b, const lj_rates 
 LJ_APART void lj_advance(double v, double w, double display, double a, double b, const lj_rates
         *plant, double dt, double lag, double *out)
 {
-    double left, h, side, f, g, p, s, dp, ds, m11, m12, m21, m22, det, k1v, k1w, f1, g1, rv, rw,
-        k2v, k2w, v1, w1, f2, g2, k3v, k3w, error, delay, fades;
+    double time_left, h, side, f, g, p, s, dp, ds, m11, m12, m21, m22, det, k1v, k1w, f1, g1, rv,
+        rw, k2v, k2w, v1, w1, f2, g2, k3v, k3w, error, delay, fades;
     double r0[2];
     double r1[2];
     double r2[2];
-    left = dt;
+    time_left = dt;
     h = dt;
     side = plant->side;
-    while (left > 0.0) {
-        h = lj_min(h, left);
+    while (time_left > 0.0) {
+        h = lj_min(h, time_left);
         lj_slopes(v, w, a, b, plant, r0);
         f = r0[0];
         g = r0[1];
@@ -673,7 +673,7 @@ LJ_APART void lj_advance(double v, double w, double display, double a, double b,
             }
             v = v1;
             w = w1;
-            left = left - h;
+            time_left = time_left - h;
         }
         h *= (error > 0.0 ? lj_min(lj_max(0.8 * pow(error, -1.0 / 3.0), 0.2), 5.0) : 5.0);
     }
@@ -685,7 +685,7 @@ LJ_APART void lj_advance(double v, double w, double display, double a, double b,
 LJ_WITHIN void lj_advance_plant(double vacuum, double side, double gauge, const double *factors,
         const lj_rates *plant, double dt, double lag, double left, double *out)
 {
-    double a, b, gain, effect, slope, after, shown;
+    double a, b, gain, effect, slope, vacuum_after, shown;
     a = factors[0];
     b = factors[1];
     gain = factors[2];
@@ -695,13 +695,13 @@ LJ_WITHIN void lj_advance_plant(double vacuum, double side, double gauge, const 
         return;
     }
     slope = a - b * vacuum;
-    after = vacuum + slope * gain;
-    if (after > plant->top) {
-        after = plant->top;
+    vacuum_after = vacuum + slope * gain;
+    if (vacuum_after > plant->top) {
+        vacuum_after = plant->top;
         slope = (plant->top - vacuum) / gain;
     }
-    shown = (lag > 0.0 ? gauge + left * (vacuum - gauge) + slope * effect : after);
-    out[0] = after;
+    shown = (lag > 0.0 ? gauge + left * (vacuum - gauge) + slope * effect : vacuum_after);
+    out[0] = vacuum_after;
     out[1] = side;
     out[2] = shown;
 }
@@ -727,8 +727,8 @@ void lj_run_loop(uint64_t key, const double *settings, const lj_rates *plants, c
         *chains, const lj_course *course, const lj_layers *layers, double *out, int64_t rows, double
         *history)
 {
-    double dt, lag, left, vacuum, side, gauge, reading, total, pump_time, least, greatest,
-        overshoot, fault_time, low, high, target, noise, pump, vent, fault, after;
+    double dt, lag, lag_gain, vacuum, side, gauge, reading, total, pump_time, lowest, highest,
+        overshoot, fault_time, low, high, target, noise, pump, vent, fault, vacuum_after;
     int64_t phase, stage, case_, does;
     double state[22];
     double r0[22];
@@ -741,15 +741,15 @@ void lj_run_loop(uint64_t key, const double *settings, const lj_rates *plants, c
     const double *memory;
     dt = course->dt;
     lag = course->lag;
-    left = (lag > 0.0 ? -expm1(-dt / lag) : 1.0);
+    lag_gain = (lag > 0.0 ? -expm1(-dt / lag) : 1.0);
     vacuum = 0.0;
     side = 0.0;
     gauge = 0.0;
     reading = 0.0;
     total = 0.0;
     pump_time = 0.0;
-    least = INFINITY;
-    greatest = -INFINITY;
+    lowest = INFINITY;
+    highest = -INFINITY;
     overshoot = -INFINITY;
     fault_time = NAN;
     low = NAN;
@@ -788,25 +788,25 @@ void lj_run_loop(uint64_t key, const double *settings, const lj_rates *plants, c
         }
         if (n >= course->steady) {
             total += vacuum - target;
-            least = lj_min(least, vacuum);
-            greatest = lj_max(greatest, vacuum);
+            lowest = lj_min(lowest, vacuum);
+            highest = lj_max(highest, vacuum);
         }
-        lj_step_factors(&plants[case_], pump, (double)vent, dt, lag, left, r2);
+        lj_step_factors(&plants[case_], pump, (double)vent, dt, lag, lag_gain, r2);
         lj_copy(factors, r2, 4);
-        lj_advance_plant(vacuum, side, gauge, factors, &plants[case_], dt, lag, left, r3);
-        after = r3[0];
+        lj_advance_plant(vacuum, side, gauge, factors, &plants[case_], dt, lag, lag_gain, r3);
+        vacuum_after = r3[0];
         side = r3[1];
         gauge = r3[2];
         if (n < course->ends[0]) {
-            if (low != low && after >= 0.1 * target) {
-                low = lj_find_crossing(n, 0.1 * target, vacuum, after);
+            if (low != low && vacuum_after >= 0.1 * target) {
+                low = lj_find_crossing(n, 0.1 * target, vacuum, vacuum_after);
             }
-            if (high != high && after >= 0.9 * target) {
-                high = lj_find_crossing(n, 0.9 * target, vacuum, after);
+            if (high != high && vacuum_after >= 0.9 * target) {
+                high = lj_find_crossing(n, 0.9 * target, vacuum, vacuum_after);
             }
-            overshoot = lj_max(overshoot, after - target);
+            overshoot = lj_max(overshoot, vacuum_after - target);
         }
-        vacuum = after;
+        vacuum = vacuum_after;
         phase += 1;
         if (phase >= course->ends[stage]) {
             stage += 1;
@@ -822,7 +822,7 @@ void lj_run_loop(uint64_t key, const double *settings, const lj_rates *plants, c
     out[0] = (high - low) * dt;
     out[1] = overshoot;
     out[2] = total / lj_max(course->samples - course->steady, 1);
-    out[3] = greatest - least;
+    out[3] = highest - lowest;
     out[4] = pump_time * dt;
     out[5] = drive[5];
     out[6] = drive[6];
@@ -836,7 +836,7 @@ void lj_run_trial(const lj_rates *plant, const double *watch, const double *memo
 {
     double memory[14];
     double drive[8];
-    double left, fault;
+    double lag_gain, fault;
     double factors[4];
     double r0[4];
     double r1[3];
@@ -850,11 +850,11 @@ void lj_run_trial(const lj_rates *plant, const double *watch, const double *memo
     drive[5] = 0.0;
     drive[6] = 0.0;
     drive[7] = 0.0;
-    left = (lag > 0.0 ? -expm1(-dt / lag) : 1.0);
-    lj_step_factors(plant, 1.0, 0.0, dt, lag, left, r0);
+    lag_gain = (lag > 0.0 ? -expm1(-dt / lag) : 1.0);
+    lj_step_factors(plant, 1.0, 0.0, dt, lag, lag_gain, r0);
     lj_copy(factors, r0, 4);
     for (int64_t n = 0; n < steps; n++) {
-        lj_advance_plant(vacuum, side, gauge, factors, plant, dt, lag, left, r1);
+        lj_advance_plant(vacuum, side, gauge, factors, plant, dt, lag, lag_gain, r1);
         vacuum = r1[0];
         side = r1[1];
         gauge = r1[2];
