@@ -18,15 +18,6 @@ from layerjam.core.store import Appearing, store_file
 from .conftest import Run
 
 
-def test_an_interrupt_is_ignored_while_a_whole_folder_appears(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Appearing, "begun", False)
-    write_folder(tmp_path / "report", {"report.html": "<p>", "figures/one.svg": b"<svg/>"})
-    _raise_interrupt(signal.SIGINT, None)
-    assert len(list((tmp_path / "report").rglob("*.*"))) == 2
-
-
 @pytest.fixture
 def handler(tmp_path: Path) -> Iterator[None]:
     """Our handler of interrupts, as during a command whose output file is `made.toml`."""
@@ -35,6 +26,13 @@ def handler(tmp_path: Path) -> Iterator[None]:
     yield
     Appearing.reset()
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("handler")
+def test_an_interrupt_is_ignored_while_a_whole_folder_appears(tmp_path: Path) -> None:
+    write_folder(tmp_path / "report", {"report.html": "<p>", "figures/one.svg": b"<svg/>"})
+    signal.raise_signal(signal.SIGINT)
+    assert len(list((tmp_path / "report").rglob("*.*"))) == 2
 
 
 @pytest.mark.usefixtures("handler")

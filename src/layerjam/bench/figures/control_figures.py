@@ -151,7 +151,7 @@ def draw_plan(plan: "Plan") -> style.Figure:
 
     The peak is the expected one; a stop fails if the travel is used up.
     """
-    figure, (rises, peaks, chances) = style.make_axes(columns=3, width=11.2, height=3.9)
+    figure, (rises, peaks, chances) = style.make_axes(columns=3, width=10.3, height=3.9)
     _draw_rise(rises, plan)
     _draw_failure_probability(peaks, chances, plan)
     return figure
@@ -168,7 +168,7 @@ def _draw_rise(axes: style.Axes, plan: "Plan") -> None:
     words = [(f"{show(plan.reached, 'Pa', 3)} reached in time", BLUE)]
     headline, detail = (
         "Vacuum available in time",
-        "no vacuum available at the site stops the mass within the travel",
+        "no vacuum at the site stops it within the travel",
     )
     if limit is not None:
         enough, case = limit <= plan.reached, plan.case

@@ -215,7 +215,7 @@ def _make_text(
     specimens: Sequence[Any],
     changes: Mapping[str, tuple[float, Source] | None],
     verdict: Verdict,
-) -> Callable[[], str]:
+) -> Callable[[str], str]:
     """Return what writes the brake with its changes and with the scatter of the specimens."""
     from layerjam.laboratory.identify.rubber.evidence import make_enclosure_evidence
 
