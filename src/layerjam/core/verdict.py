@@ -193,8 +193,8 @@ class Verdict:
         return tuple(path for numbers in same_name_numbers for path in numbers)
 
     def notices(self) -> list[Notice]:
-        """Return one line for each accepted check."""
-        return [entry.notice() for entry in self.decisions]
+        """Return one line for each accepted check of numbers that a file may store."""
+        return [] if self.failed else [entry.notice() for entry in self.decisions]
 
 
 def judge(

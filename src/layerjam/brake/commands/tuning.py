@@ -232,7 +232,8 @@ def _suggest_alternatives(case: "Case", reach: tuple[float, float] | None) -> di
     )
     return {
         **out,
-        "reason": f"{_failure_reason(case, reach)}; {' or '.join(ways) or none} would suffice",
+        "reason": f"{_failure_reason(case, reach)}; {' or '.join(ways) or none} would suffice "
+        "on average",
     }
 
 

@@ -15,7 +15,7 @@ from layerjam.brake.device.brake import FAN_EFFECT, Brake, fan_exponent, fan_fac
 from layerjam.brake.device.evidence import Evidence, read_evidence, replace_evidence
 from layerjam.brake.device.workshop import FilmCutting, Making, check_build
 from layerjam.core.brief import brief
-from layerjam.core.errors import Notice, UnknownNameError, make_notices
+from layerjam.core.errors import Notice, QuantityError, UnknownNameError, make_notices
 from layerjam.core.evolve import evolve
 from layerjam.core.toml_files.changes import RecordFile, collect_values, find_paths
 from layerjam.core.toml_files.plugin_tables import check_tables
@@ -84,14 +84,18 @@ class BrakeFile(RecordFile[Brake]):
         """
         reader = Reader(text, path, cls.fields, kind=cls.kind)
         tables = parse_toml(text, path)
+        uses = {}
         for table, folder in _USE.items():
             inner = tables.get(table)
             if isinstance(inner, dict) and "use" in inner:
-                _apply_material(reader, table, inner.pop("use"), materials()[folder])
+                uses[table] = inner.pop("use")
+                _apply_material(reader, table, uses[table], materials()[folder])
         with reader.locate_errors("tested"):
             evidence = read_evidence(tables.pop("tested", ()))
         before = dict(reader.values), dict(reader.sources)
         reader.read_all(tables)
+        for table, use in uses.items():
+            _check_product(reader, table, use, materials()[_USE[table]])
         _keep_laser_warning(reader, *before)
         _copy_screw_count(reader)
         with reader.locate_errors():
@@ -198,12 +202,10 @@ class BrakeFile(RecordFile[Brake]):
         """Yield a notice if the brake is no longer the one that was calibrated."""
         for entry in self.outdated_evidence:
             if entry.command == "calibrate":
-                changes = entry.find_changes(self.known_values)
-                texts = [_describe_change(path, *ends) for path, ends in changes.items()]
-                remainder = f" and {len(texts) - 3} more" if len(texts) > 3 else ""
+                changes = list_changes(entry.find_changes(self.known_values))
                 yield Notice(
                     f"{self.name} was calibrated on {entry.date} and changed since: "
-                    f"{', '.join(texts[:3])}{remainder}; calibrate it again",
+                    f"{changes}; calibrate it again",
                     "changed-since-tests",
                 )
 
@@ -229,6 +231,13 @@ class BrakeFile(RecordFile[Brake]):
                 "spacers were not stated then, give that brake's amplification_held",
                 "amplification-unstated",
             )
+
+
+def list_changes(changes: Mapping[str, tuple[Any, Any]]) -> str:
+    """Return the first three changes {path: (before, now)} as text, and how many more there are."""
+    texts = [_describe_change(path, *ends) for path, ends in changes.items()]
+    remainder = f" and {len(texts) - 3} more" if len(texts) > 3 else ""
+    return f"{', '.join(texts[:3])}{remainder}"
 
 
 def _describe_change(path: str, test_value: Any, current_value: Any) -> str:
@@ -266,6 +275,20 @@ def _apply_material(reader: Reader, table: str, use: object, texts: Mapping[str,
     inner.read_all({k: v for k, v in material.items() if k not in DESCRIBING}, table)
     reader.values |= {f"{table}.product": material["name"], **inner.values}
     reader.sources |= inner.sources
+
+
+def _check_product(reader: Reader, table: str, use: str, texts: Mapping[str, str]) -> None:
+    """Check that the file does not state the values of another material than the one it uses."""
+    products = {parse_toml(text, name)["name"]: name for name, text in texts.items()}
+    product = reader.values[f"{table}.product"]
+    if products.get(product, use) != use:
+        raise reader.make_error(
+            f"{table}.use",
+            QuantityError(
+                f'{table}.use: "{use}" gives only values that the file does not state, and the '
+                f"file states those of {product}: remove them, or the line with use"
+            ),
+        )
 
 
 def _keep_laser_warning(

@@ -7,15 +7,15 @@ tests in the file do not show have a stated spread, listed in docs/verdicts.md.
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile, materials
-from layerjam.brake.device.evidence import Evidence
-from layerjam.brake.device.load import devices, load
+from layerjam.brake.device.evidence import Evidence, state_fitted
+from layerjam.brake.device.load import catalogue, devices, load
 from layerjam.core.evolve import evolve
 from layerjam.core.toml_files.toml import parse_toml
 
@@ -122,6 +122,31 @@ def rate_enclosure(file: BrakeFile) -> Brake:
     place = entry.names.index("enclosure_force")
     sd = math.sqrt(entry.find_covariance()[place, place])
     return evolve(brake, enclosure=evolve(brake.enclosure, force_uncertainty=sd))
+
+
+def find_borrowed_fit(file: BrakeFile) -> tuple[str, dict[str, tuple[Any, Any]]] | None:
+    """Return the brake of the catalogue whose fitted scale factor a different brake still has.
+
+    The second value {path: (value of that brake, value now)} contains what differs. Such a file
+    began as a copy of that brake and was edited.
+    """
+    source = file.sources.get("scale_factor")
+    if source is None or source.kind not in ("paper", "inferred") or not source.text:
+        return None
+    changes = []
+    for device in map(load, catalogue()):
+        if source == device.sources.get("scale_factor"):
+            fitted = state_fitted("calibrate", device.known_values)
+            ends = {path: (value, file.known_values.get(path)) for path, value in fitted.items()}
+            changes.append((device.name, {p: pair for p, pair in ends.items() if _differ(*pair)}))
+    nearest = min(changes, key=lambda change: len(change[1]), default=None)
+    return nearest if nearest is not None and nearest[1] else None
+
+
+def _differ(old: Any, new: Any) -> bool:
+    if isinstance(old, str | bool) or new is None:
+        return bool(old != new)
+    return not math.isclose(old, new, rel_tol=1e-9)
 
 
 def join_alike(unknowns: Iterable[Unknown]) -> tuple[Unknown, ...]:

@@ -16,9 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.brake.device.brake import Brake
-from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.brake_file import BrakeFile, list_changes
 from layerjam.brake.device.evidence import NUMBERS, RANGES, Evidence
 from layerjam.brake.device.spread import (
+    find_borrowed_fit,
     SPEED_SD,
     TEST_SPEED,
     TEST_VACUUM,
@@ -247,8 +248,8 @@ class Prediction:
         return np.where(ends > HUGE / 2, np.inf, np.where(ends < -HUGE / 2, -np.inf, ends))
 
     def notices(self) -> list[Notice]:
-        """Return a notice if the brake is no longer the one that was tested."""
-        return list(self.file.change_notices())
+        """Return notices if the brake is not the one to which its numbers were fitted."""
+        return [*self.file.change_notices(), *_borrowed_notices(self.file)]
 
     def state(self, **values: Any) -> dict[str, Any]:
         """Return the fields of a `PredictionResult`, from samples of its numbers by name."""
@@ -258,6 +259,20 @@ class Prediction:
             "basis_reason": self.basis.reason,
             "extrapolated": [condition._asdict() for condition in self.basis.extrapolations],
         }
+
+
+def _borrowed_notices(file: BrakeFile) -> Iterator[Notice]:
+    """Yield a notice if the scale factor was fitted to a different brake of the catalogue."""
+    borrowed = find_borrowed_fit(file)
+    if borrowed is not None:
+        name, changes = borrowed
+        differences = list_changes(changes)
+        yield Notice(
+            f"the scale factor of {file.name} was fitted to {name}, a different brake "
+            f"({differences}): these intervals assume that it holds here too; test your brake "
+            "and calibrate it",
+            "borrowed-fit",
+        )
 
 
 def _find_beyond(

@@ -168,7 +168,7 @@ def friction(
     pressure, notices = _compute_pressures(
         normal, test, traces, brake.brake.site if brake else Site(), rule
     )
-    warnings += [*_stick_slip_notices(result), *notices]
+    warnings += [*_stick_slip_notices(result), *notices, *_film_notices(traces, brake)]
     path = None
     if brake is not None:
         text, effects = add_friction(brake, result, Path(str(out)).stem, verdict)
@@ -236,6 +236,23 @@ def _find_film_reference(traces: Sequence[Trace], brake: BrakeFile | None) -> Re
     if brake is None and len(names) == 1 and (name := names.pop()) in catalogue():
         brake = load(str(name))
     return None if brake is None else find_reference(brake)
+
+
+def _film_notices(traces: Sequence[Trace], brake: BrakeFile | None) -> Iterator[Notice]:
+    """Yield one notice about files whose sidecar names a brake with another film than `brake`."""
+    product = None if brake is None else brake.known_values.get("film.product")
+    others = {}
+    for trace in traces:
+        name = trace.facts.brake
+        if name in catalogue() and product is not None:
+            film = load(str(name)).known_values.get("film.product")
+            if film not in (None, product):
+                others[name] = film
+    for name, film in others.items():
+        yield Notice(
+            f"sidecars name the brake {name}, whose film is {film}; the brake given has {product}",
+            "other-film",
+        )
 
 
 def _load_notices(

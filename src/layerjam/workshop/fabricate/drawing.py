@@ -190,6 +190,15 @@ def _list_notices(plan: Drawing) -> list[Notice]:
                 "even-count",
             )
         )
+    if plan.build.print_strength is None:
+        stresses = [c.value for c in plan.checks if c.code == "C9" and c.value is not None]
+        warnings.append(
+            Notice(
+                "whether the printed caps hold was not checked (C9: up to "
+                f"{show(max(stresses), 'Pa', 3)}): give build.print_strength of your plastic",
+                "unchecked-caps",
+            )
+        )
     source = plan.file.sources.get("sheets.usable_travel", Source())
     if source.kind != "measured":
         travel = show(brake.sheets.usable_travel, "m")
