@@ -13,8 +13,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 WORDS = re.compile(
     r"\b(judder(?:s|ed|ing)?|sleeves?|verbs?|rivals?|warmth|upsets?|standing vacuum|"
-    r"needed is|(?:is|are|was|were) (?:told|felt)(?! apart)|gives way|all the way)\b"
+    r"needed is|(?:is|are|was|were) (?:told|felt)(?! apart)|gives way|all the way|"
+    r"holds? the force|holds (?:more than|\d+ N))\b"
 )
+"""Only static friction holds; a brake that slides resists."""
 CODE = re.compile(
     r"```.*?```|`[^`\n]*`|<!-- generated:.*?<!-- end -->|\]\([^)]*\)|\[judder\]|"
     r"layerjam (?:sleeve|judder)|^### \w+$|^::: .*\n(?:    .*\n)*",

@@ -222,7 +222,7 @@ def _plan_commands(
             *("--out", calibrated_path),
         ),
         "validate: the model against 6 other pulls": ("validate", calibrated_path, *others),
-        "vacuum: the vacuum that holds 100 N at a slip of 20 mm": (
+        "vacuum: the vacuum that resists 100 N at a slip of 20 mm": (
             *("vacuum", calibrated_path),
             *("--slip", show(SLIP, "m"), "--force", show(FORCE, "N")),
         ),
