@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 import sys
 
-from docs.words import ROOT, in_pages, in_source
+from docs.words import ROOT, in_notebooks, in_pages, in_source
 
 
 def test_what_users_read_is_free_of_them() -> None:
-    found = [*in_pages(), *in_source()]
+    found = [*in_pages(), *in_notebooks(), *in_source()]
     assert not found, "\n".join(found)
 
 
