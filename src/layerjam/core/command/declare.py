@@ -372,9 +372,9 @@ class Command:
             self.python_name, self.signature, record_of, required_sentences, args, command_arguments
         )
         for name, cls in self.records.items():
-            own = {k: v for k, v in loose.items() if record_of[k] == name}
+            values = {k: v for k, v in loose.items() if record_of[k] == name}
             inner = [p for p in self.parameters if p.record == name]
-            settings = gather_options(name, cls, call.get(name), own, [p.name for p in inner])
+            settings = gather_options(name, cls, call.get(name), values, [p.name for p in inner])
             call[name] = cls(
                 **{p.name: p.read(settings.get(p.name, p.default), call, notices) for p in inner}
             )
