@@ -5,7 +5,7 @@ brake over the elbow is asked for, fifty times a second; the line follows within
 a second. A brake cannot lift: whoever lets the arm fall too far has lost. What is in the hand is
 not told.
 
-    pip install "layerjam[mujoco]" gymnasium
+    pip install ".[mujoco]" gymnasium
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Two arms whose muscles let go, one with its brake evacuated: computed in MuJoCo, drawn as an SVG.
 
-pip install "layerjam[mujoco]" gymnasium
+pip install ".[mujoco]" gymnasium
 python examples/elbow_animation.py elbow-animation.svg
 """
 

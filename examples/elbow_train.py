@@ -1,6 +1,6 @@
 """Train a vacuum for the brake over an elbow for a minute, and draw what it has learnt.
 
-    pip install "layerjam[mujoco,figures]" gymnasium cma
+    pip install ".[mujoco,figures]" gymnasium cma
     python examples/elbow_train.py --seconds 60 --figure elbow.svg
 
 The policy is a small network; CMA-ES (pycma) changes its 37 numbers. On loads, targets and speeds

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import contextlib
 import signal
+import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from layerjam.bench.rig.stop import Stop
 from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.kernel.compiler import run_compiler
+from layerjam.brake.mechanics.compilation import announce_compilation
 from layerjam.cli import demo
 from layerjam.cli.interrupts import _raise_interrupt
 from layerjam.core.drawing.folder import write_folder
 from layerjam.core.store import Appearing, store_file
+from layerjam.core.threads import Workers
 
 from .conftest import Run
 
@@ -85,3 +91,58 @@ def test_an_interrupted_step_of_the_demo_ends_the_demo(
     steps = demo._Steps(tmp_path / "log.txt")
     with pytest.raises(KeyboardInterrupt):
         steps.run_step("calibrate", "calibrate")
+
+
+def test_a_run_of_the_demos_bench_that_a_signal_stops_ends_the_demo(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`bench run` ends with exit code 1 and a closed file, which is not an error of the demo."""
+    monkeypatch.setattr(Stop, "signalled", False)
+
+    def run(_: object) -> int:
+        with Stop():
+            signal.raise_signal(signal.SIGINT)
+        return 1
+
+    monkeypatch.setattr(demo, "layerjam", run)
+    with pytest.raises(KeyboardInterrupt):
+        demo._Steps(tmp_path / "log.txt").run_step("bench", "bench", "run")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one process")
+def test_an_interrupted_compiler_is_not_one_that_cannot_build(tmp_path: Path) -> None:
+    code = "import os, signal; signal.signal(2, signal.SIG_DFL); os.kill(os.getpid(), 2)"
+    with pytest.raises(KeyboardInterrupt):
+        run_compiler([sys.executable, "-c", code], tmp_path / "kernel.so")
+    assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.usefixtures("handler")
+def test_a_thread_announces_no_compilation_after_an_interrupt(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    announce_compilation.cache_clear()
+    Appearing.interrupted = True
+    with pytest.raises(KeyboardInterrupt):
+        announce_compilation()
+    assert capsys.readouterr().err == ""
+
+
+def test_an_interrupt_waits_only_for_work_that_has_begun() -> None:
+    begun, may_end, ran = threading.Event(), threading.Event(), []
+
+    def work() -> None:
+        begun.set()
+        may_end.wait()
+
+    def interrupt() -> None:
+        with Workers(1) as pool:
+            pool.submit(work)
+            begun.wait()
+            pool.submit(ran.append, 1)
+            threading.Timer(0.05, may_end.set).start()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupt()
+    assert not ran

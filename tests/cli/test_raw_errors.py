@@ -59,6 +59,30 @@ def test_a_date_that_is_not_a_number_is_named(
     force.plot(tmp_path / "force.pdf")
 
 
+DATED = """
+import layerjam as lj
+lj.design("wrist", out="made.toml")
+"""
+
+
+@pytest.mark.parametrize(
+    ("date", "reason"),
+    [
+        ("abc", "'abc' is not a number of seconds"),
+        ("-1", "'-1' is not a number of seconds"),
+        ("999999999999", "999999999999 s is after the year 9999"),
+    ],
+)
+def test_a_date_that_a_library_cannot_read_stops_a_command_at_its_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, date: str, reason: str
+) -> None:
+    """NumPy and SciPy read the date while they are imported: here in a fresh process."""
+    monkeypatch.chdir(tmp_path)
+    done = run(DATED, SOURCE_DATE_EPOCH=date)
+    assert done.stdout.startswith(f"SOURCE_DATE_EPOCH: {reason}"), done.stderr
+    assert not [*tmp_path.iterdir()]
+
+
 @pytest.mark.parametrize("trace", [jax.grad, jax.jit, jax.vmap], ids=lambda f: f.__name__)
 def test_a_traced_command_names_the_laws(trace: object) -> None:
     argument = np.array([0.01, 0.02]) if trace is jax.vmap else 0.02

@@ -6,6 +6,7 @@ python tests/docs/words.py     every line with such a word
 from __future__ import annotations
 
 import ast
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,8 +14,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 WORDS = re.compile(
     r"\b(judder(?:s|ed|ing)?|sleeves?|verbs?|rivals?|warmth|upsets?|standing vacuum|"
-    r"needed is|(?:is|are|was|were) (?:told|felt)(?! apart)|gives way|all the way)\b"
+    r"needed is|(?:is|are|was|were) (?:told|felt)(?! apart)|gives way|all the way|"
+    r"holds? the force|holds (?:more than|\d+ N))\b"
 )
+"""Only static friction holds; a brake that slides resists."""
 CODE = re.compile(
     r"```.*?```|`[^`\n]*`|<!-- generated:.*?<!-- end -->|\]\([^)]*\)|\[judder\]|"
     r"layerjam (?:sleeve|judder)|^### \w+$|^::: .*\n(?:    .*\n)*",
@@ -43,6 +46,15 @@ def in_pages() -> Iterator[str]:
                 yield f"{name}:{number}: {found.group(0)}"
 
 
+def in_notebooks() -> Iterator[str]:
+    """Offending texts of the notebooks, code and output not included."""
+    for path in sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")):
+        for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+            text = CODE.sub(" ", "".join(cell["source"]) if cell["cell_type"] == "markdown" else "")
+            for found in WORDS.finditer(text):
+                yield f"{path.name}: {found.group(0)}"
+
+
 def in_source() -> Iterator[str]:
     """Offending texts of the source: messages, help and docstrings."""
     for path in sorted((ROOT / "src").rglob("*.py")):
@@ -57,6 +69,6 @@ def in_source() -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    lines = [*in_pages(), *in_source()]
+    lines = [*in_pages(), *in_notebooks(), *in_source()]
     print(*lines, sep="\n")
     print(f"{len(lines)} places")

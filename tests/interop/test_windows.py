@@ -25,7 +25,7 @@ pytestmark = [
     pytest.mark.skipif(WINE is None, reason="wine is not installed: Debian's package wine64"),
     pytest.mark.skipif(
         importlib.util.find_spec("ziglang") is None,
-        reason='no compiler for Windows: pip install "layerjam[fmu]"',
+        reason='no compiler for Windows: pip install ".[fmu]"',
     ),
     pytest.mark.skipif(fmi.find_platform() != "linux", reason="compared with Linux on x86-64"),
 ]

@@ -167,7 +167,7 @@ def test_only_two_printed_numbers_come_out_of_others(rows: list[dict[str, Any]])
     }  # fmt: skip
     assert arithmetic <= found["consistent"]
     assert found["consistent"] - arithmetic == {
-        "in compression the brake buckles", "Fig. 4: Kapton holds more than PTFE",
+        "in compression the brake buckles", "Fig. 4: Kapton resists more than PTFE",
         "the enclosure contributes very minimally to the force at the peak",
     }  # fmt: skip
     went_in = [

@@ -17,8 +17,11 @@ import pytest
 
 
 @contextmanager
-def running(*options, folder=None, tell=subprocess.DEVNULL):
-    """(address, process) of a workbench of its own; its temporary files go into `folder`."""
+def running(*options, folder=None, home=None, tell=subprocess.DEVNULL):
+    """(address, process) of a workbench of its own; its temporary files go into `folder`.
+
+    With an empty folder as `home`, it starts as in a fresh installation, without compiled code.
+    """
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -27,6 +30,8 @@ def running(*options, folder=None, tell=subprocess.DEVNULL):
     plain = {k: v for k, v in os.environ.items() if not k.startswith(("PYTEST", "NICEGUI"))}
     if folder is not None:
         plain["TMPDIR"] = str(folder)
+    if home is not None:
+        plain |= {"HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")}
     process = subprocess.Popen(words, env=plain, stdout=subprocess.PIPE, stderr=tell, text=True)
     try:
         said = process.stdout.readline().split()

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 
+import pytest
 from nicegui.testing import user_simulation
 
 from layerjam.brake.device.load import load
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.preparation import Preparation
 from layerjam.workbench.shell import build_frame
+
+from .conftest import running
 
 
 def test_each_step_is_done_once_and_named() -> None:
@@ -74,3 +78,28 @@ def test_the_brake_is_drawn_before_the_browser_has_loaded_any_code(chromium) -> 
     sheets = load("choi2018-kapton").brake.sheets.count
     assert drawing.locator(".sheet-left, .sheet-right").count() == sheets + 2  # also from above
     page.close()
+
+
+SHOWN = """() => {
+    const head = document.querySelector('.frame-head');
+    const sheets = document.querySelectorAll('.frame-brake .sheet-left').length;
+    const line = document.querySelector('.frame-preparing');
+    const words = document.querySelector('[data-testid=start-words]');
+    return head && head.getBoundingClientRect().width > 0
+        && (sheets > 0 && line?.textContent.startsWith('Preparing, ')
+            || words?.textContent.includes('resists a pull'));
+}"""
+"""Whether frame, drawing and step are visible, or the first result already is."""
+
+
+@pytest.mark.slow
+@pytest.mark.timing
+def test_in_a_fresh_home_the_frame_appears_within_a_second(chromium, tmp_path) -> None:
+    with running(home=tmp_path) as (place, _):
+        page = chromium.new_page()
+        began = time.monotonic()
+        page.goto(place, wait_until="commit")
+        page.wait_for_function(SHOWN)
+        assert time.monotonic() - began < 1.0
+        page.get_by_text("resists a pull of up to").wait_for(timeout=90_000)
+        page.close()

@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from layerjam.bench.rig.stop import Stop
 from layerjam.cli.interrupts import handle_interrupts
 from layerjam.cli.main import main as layerjam
 from layerjam.core.command.declare import Help, PythonOnly, command
@@ -108,7 +109,8 @@ class _Steps:
         line = format_command_line(("layerjam", *words))
         with self.log_step(content):
             print(f"\n$ {line}", flush=True)
-            if (code := layerjam(words)) == STOPPED:
+            code = layerjam(words)
+            if code == STOPPED or (code and Stop.signalled):
                 raise KeyboardInterrupt
             if code:
                 raise LayerjamError(f"'{line}' ended with exit code {code}; see {self.path}")
@@ -222,7 +224,7 @@ def _plan_commands(
             *("--out", calibrated_path),
         ),
         "validate: the model against 6 other pulls": ("validate", calibrated_path, *others),
-        "vacuum: the vacuum that holds 100 N at a slip of 20 mm": (
+        "vacuum: the vacuum that resists 100 N at a slip of 20 mm": (
             *("vacuum", calibrated_path),
             *("--slip", show(SLIP, "m"), "--force", show(FORCE, "N")),
         ),

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePath
 from typing import Any
 
-from layerjam.core.errors import FileError
+from layerjam.core.errors import FileError, QuantityError
 
 WINDOWS = os.name == "nt"
 DEVICES = {"CON", "PRN", "AUX", "NUL", "CONIN$", "CONOUT$"} | {
@@ -21,6 +21,8 @@ LONGEST = 260
 LOCKED = 0x4000_0400
 """Position of the byte to lock. Windows does not let other programs read a locked byte. SQLite
 neither locks this byte nor stores data in the page around it."""
+LAST_DATE = 253_402_300_799
+"""End of the year 9999, the last date that Python can write [s since 1970]."""
 _PLAIN = re.compile(r"[\w.:/\\*?=+~-]+")
 """Pattern of words that need no quotes in cmd.exe and PowerShell."""
 
@@ -28,6 +30,17 @@ _PLAIN = re.compile(r"[\w.:/\\*?=+~-]+")
 def is_windows() -> bool:
     """Return whether this is Windows."""
     return WINDOWS
+
+
+def check_source_date() -> None:
+    """Raise QuantityError for a SOURCE_DATE_EPOCH that NumPy or Matplotlib cannot read."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH", "0")
+    if not (epoch.isascii() and epoch.isdigit()):
+        raise QuantityError.of("SOURCE_DATE_EPOCH", f"'{epoch[:60]}' is not a number of seconds")
+    if len(epoch) > 20 or int(epoch) > LAST_DATE:
+        raise QuantityError.of(
+            "SOURCE_DATE_EPOCH", f"{epoch[:60]} s is after the year 9999; at most {LAST_DATE} s"
+        )
 
 
 def check_file_name(path: PurePath) -> None:

@@ -45,6 +45,10 @@ class Workers(ThreadPoolExecutor):
     def __init__(self, threads: int | None = None) -> None:
         super().__init__(threads or core_count())
 
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Wait for the work; after an error or an interrupt, only for that already begun."""
+        self.shutdown(cancel_futures=kind is not None)
+
     def share(self, count: int, work: Callable[[int, int], None]) -> None:
         """Run `work(first, last)` over `count` cases, one range for each core, and wait for all."""
         edges = np.linspace(0, count, core_count() + 1).astype(int)

@@ -14,7 +14,7 @@ from layerjam.core.errors import CompilerError
 from layerjam.core.installation import install_command
 
 LARGEST = 20_000
-ADVICE = 'run `python -m layerjam.brake.kernel.web` where `pip install "layerjam[fmu]"` was run'
+ADVICE = 'run `python -m layerjam.brake.kernel.web` where `pip install ".[fmu]"` was run'
 
 
 def changed_sources(tmp_path, monkeypatch, old, new):

@@ -13,13 +13,17 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 class Stop:
     """Stop request; `asked` is True once it is made. Signals are handled inside a `with` block."""
 
+    signalled = False
+    """Whether a signal, and not the program, has requested any stop in this process."""
+
     def __init__(self) -> None:
         self.asked = False
         self._before: dict[signal.Signals, Any] = {}
 
-    def request_stop(self, *_: object) -> None:
+    def request_stop(self, *signals: object) -> None:
         """Request a stop."""
         self.asked = True
+        Stop.signalled |= bool(signals)
 
     def __enter__(self) -> Self:
         # only the main thread receives signals

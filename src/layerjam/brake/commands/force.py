@@ -135,7 +135,7 @@ class VacuumForForce(PredictionResult):
 
     record: tuple[BrakeFile, float | Array, float | Array, float | Array]
     safe_vacuum: float | None = number(
-        "Pa", "vacuum that holds the force in the stated share of tests", default=None
+        "Pa", "vacuum that gives at least the force in the stated share of tests", default=None
     )
     confidence: float = number("1", "that share of tests", shown=format_share, default=0.95)
     vacuum: float | None = number(
@@ -225,14 +225,14 @@ def vacuum(
 
 
 def _note_unsafe(is_unsafe: Any, samples: Any, confidence: float) -> Notice:
-    """Return the notice that no vacuum holds the first force so marked in enough tests."""
+    """Return the notice that no vacuum gives the first force so marked in enough tests."""
     import numpy as np
 
     place = np.flatnonzero(is_unsafe)[0]
     share = float(np.mean(np.isfinite(samples.reshape(len(samples), -1)[:, place])))
     return Notice(
-        f"no vacuum holds the force in {format_share(confidence)} of the tests: the site's full "
-        f"vacuum holds it in {share:.0%} of them",
+        f"no vacuum gives the force in {format_share(confidence)} of the tests: the site's full "
+        f"vacuum gives it in {share:.0%} of them",
         "no-safe-vacuum",
     )
 

@@ -76,7 +76,7 @@ def show_certainty(
     # as wide as the point at the peak, because the band is not that of the whole curve
     x = force.marks[0][0] + BAR * np.array([-1.0, 1.0]) * force.curves[0].x[-1]
     edges = Curve(x, np.full(2, low), GREY), Curve(x, np.full(2, high), GREY)
-    words = f"{force.detail}; bar: 95 % of peaks"
+    words = f"{force.detail} (bar: 95 % of peaks)"
     top = max(float(force.y_range[1] or 0.0), 1.1 * high)
     return [replace(force, bands=[edges], y_range=(0, top), detail=words), *panes[1:]]
 

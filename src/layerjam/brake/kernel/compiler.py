@@ -8,6 +8,7 @@ import os
 import platform
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -213,6 +214,8 @@ def run_compiler(
             run = subprocess.run(words, capture_output=True, text=True, check=False, timeout=limit)
         except (OSError, subprocess.TimeoutExpired) as error:
             raise CompilerError(f"{command[0]} cannot build {target.stem}: {error}") from None
+        if run.returncode == -signal.SIGINT:  # Ctrl-C also reaches the compiler
+            raise KeyboardInterrupt
         if run.returncode or not output.exists():
             lines = (run.stderr or run.stdout).strip().split("\n")
             errors = [line for line in lines if "error" in line] or lines

@@ -7,6 +7,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from layerjam.core.store import Appearing
+
 LONG = 2.0
 """JAX compile time after which a process prints a message [s]."""
 THRESHOLDS = {
@@ -63,7 +65,8 @@ def find_user_cache(name: str) -> Path | None:
 
 @functools.cache
 def announce_compilation() -> None:
-    """Print once per process that a first call compiles."""
+    """Print once per process that a first call compiles; not in a thread after an interrupt."""
+    Appearing.raise_lost_interrupt()
     print("layerjam: compiling, once per machine", file=sys.stderr, flush=True)
 
 

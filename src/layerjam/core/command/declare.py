@@ -39,6 +39,7 @@ from layerjam.core.errors import (
     explain_arguments,
     short_text,
 )
+from layerjam.core.system import check_source_date
 from layerjam.core.toml_files.changes import find_record_files
 from layerjam.core.units import QuantitySpec, show
 
@@ -371,11 +372,9 @@ class Command:
             self.python_name, self.signature, record_of, required_sentences, args, command_arguments
         )
         for name, cls in self.records.items():
-            own_values = {k: v for k, v in loose.items() if record_of[k] == name}
+            values = {k: v for k, v in loose.items() if record_of[k] == name}
             inner = [p for p in self.parameters if p.record == name]
-            settings = gather_options(
-                name, cls, call.get(name), own_values, [p.name for p in inner]
-            )
+            settings = gather_options(name, cls, call.get(name), values, [p.name for p in inner])
             call[name] = cls(
                 **{p.name: p.read(settings.get(p.name, p.default), call, notices) for p in inner}
             )
@@ -396,6 +395,7 @@ class Command:
 
     def __call__(self, *args: Any, **named: Any) -> Result:
         """Check the arguments, compute, and add notices about the input."""
+        check_source_date()  # otherwise a library raises while it is imported
         notes: list[Notice] = []
         values = self.convert_arguments(args, named, notes)
         grid = self._align_grid(values)

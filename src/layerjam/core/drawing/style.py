@@ -7,7 +7,6 @@ their curves, in the same colour, without coordinates for a particular brake.
 
 import functools
 import io
-import os
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -18,8 +17,9 @@ from typing import Any, ParamSpec
 import numpy as np
 
 import layerjam.core.outputs as outputs
-from layerjam.core.errors import FileError, LayerjamError, MissingExtraError, QuantityError
+from layerjam.core.errors import FileError, LayerjamError, MissingExtraError
 from layerjam.core.store import accept_force_option, store_file
+from layerjam.core.system import check_source_date
 
 P = ParamSpec("P")
 Axes = outputs.Axes
@@ -366,16 +366,9 @@ def save(figure: Figure, path: Path, overwrite: bool = False) -> Path:
     if kind not in ("svg", "png", "pdf"):
         raise FileError(path, (f"extension '{path.suffix}' is unknown; use .svg, .png or .pdf"))
     meta = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
-    _check_date()
+    check_source_date()
     with apply_style():
         return store_file(path, lambda p: figure.savefig(p, format=kind, metadata=meta), overwrite)
-
-
-def _check_date() -> None:
-    """Raise QuantityError for a SOURCE_DATE_EPOCH that Matplotlib cannot read."""
-    epoch = os.environ.get("SOURCE_DATE_EPOCH", "0")
-    if not epoch.isdigit():
-        raise QuantityError.of("SOURCE_DATE_EPOCH", f"'{epoch[:60]}' is not a number of seconds")
 
 
 def format_svg(figure: Figure, words: bool = False) -> str:
@@ -384,7 +377,7 @@ def format_svg(figure: Figure, words: bool = False) -> str:
     With `words`, its labels stay text, for a page with its own typeface. The figure is drawn only
     once, whereas `savefig` draws a figure with a layout twice.
     """
-    _check_date()
+    check_source_date()
     buffer = io.StringIO()
     with apply_style(words):
         from matplotlib import rcParams

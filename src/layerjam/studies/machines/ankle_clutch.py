@@ -4,7 +4,7 @@ The clutch closes at some point in the stride. Dorsiflexion of the ankle then st
 in series with the brakes, which must not slip, and plantarflexion recovers the energy. Before the
 next stride the vacuum must be released; otherwise, the clutch pulls the foot down during swing.
 When the clutch closes, the vacuum rises from zero at full pump power. The brakes are assumed to
-hold with their kinetic friction; the additional static friction is not counted.
+resist with their kinetic friction; the additional static friction is not counted.
 """
 
 import math

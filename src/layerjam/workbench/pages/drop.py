@@ -147,7 +147,7 @@ class Drop(Page):
             with ui.row().classes("w-full items-start gap-4"):
                 stage = ui.column().classes("drop-side")
                 with ui.element("div").style("flex: 1; min-width: 300px; position: relative"):
-                    label = "Force, travel and deceleration over time"
+                    label = "Force, displacement and deceleration over time"
                     look = "width: 100%; height: max(460px, 62vh)"
                     self.panel.build("drop-chart", label, look)
                     cursor = ui.element("div")

@@ -149,7 +149,7 @@ class Start(Page):
         return answer, self._full[1], *map(try_call, drops)
 
     def draw(self, result: Any) -> None:
-        """Show the brake, the mass it can hold, its force curve, and the outcome of the drop."""
+        """Show the brake, its peak force, its force curve, and the outcome of the drop."""
         answer, full, *fall = result
         pull, brake = answer.result, self.desk.brake.brake
         vacuum = parse(answer.call.options["vacuum"], "Pa", "vacuum")
