@@ -76,3 +76,23 @@ def test_every_notice_is_printed_and_listed_once(changed: Path) -> None:
     result = layerjam.drop(changed, mass="1 kg", speed=2.0, vacuum="50 kPa")
     assert len(set(result.warnings)) == len(result.warnings)
     assert str(result).count("was calibrated on") == 1
+
+
+@pytest.mark.parametrize("name", ["force", "tune", "show"])
+def test_an_edited_copy_names_the_brake_to_which_its_factor_was_fitted(
+    name: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "wide.toml"
+    layerjam.edit("choi2018-kapton", {"sheets.width": "20 mm"}).save(path)
+    [notice] = [w for w in CALLS[name](path, tmp_path).warnings if w.key == "borrowed-fit"]
+    assert "fitted to choi2018-kapton" in notice and "sheets.width was 13 mm, is 20 mm" in notice
+    for brake in (Path(layerjam.new("same", "choi2018-kapton", out=tmp_path / "same.toml").file),
+                  "choi2018-kapton-eq9", "choi2018-ptfe"):  # fmt: skip
+        assert "borrowed-fit" not in [w.key for w in CALLS[name](brake, tmp_path).warnings]
+
+
+def test_a_film_by_name_beside_the_values_of_another_is_rejected(tmp_path: Path) -> None:
+    text = layerjam.load("choi2018-kapton").render("mine")
+    with pytest.raises(FileError, match=r'film.use: "polyester" .* those of Kapton HN'):
+        BrakeFile.read(text.replace("[film]", '[film]\nuse = "polyester"'), "mine.toml")
+    assert BrakeFile.read(text.replace("[film]", '[film]\nuse = "kapton-hn"'), "mine.toml")

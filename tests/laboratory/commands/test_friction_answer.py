@@ -151,3 +151,12 @@ def test_pull_answers_file_by_file(tmp_path: Path) -> None:
     assert tared["tared"] == pytest.approx(1.0)
     assert tared["peak_force"] == pytest.approx(row["peak_force"] - 1.0, abs=1e-3)
     json.dumps(_plain(answer.values), allow_nan=False)
+
+
+def test_files_of_another_film_are_named_once(smooth: list[Path], tmp_path: Path) -> None:
+    traces = [read_trace(path) for path in smooth]
+    named = [replace(t, facts=replace(t.facts, brake="choi2018-ptfe")) for t in traces]
+    answers = [friction(named, brake=name, out=tmp_path / f"{name}.toml")
+               for name in ("choi2018-kapton", "choi2018-ptfe")]  # fmt: skip
+    keys = [[w.key for w in answer.warnings] for answer in answers]
+    assert [k.count("other-film") for k in keys] == [1, 0]

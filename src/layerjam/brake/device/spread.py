@@ -131,7 +131,8 @@ def find_borrowed_fit(file: BrakeFile) -> tuple[str, dict[str, tuple[Any, Any]]]
     began as a copy of that brake and was edited.
     """
     source = file.sources.get("scale_factor")
-    if source is None or source.kind not in ("paper", "inferred") or not source.text:
+    is_tested = any(entry.command == "calibrate" for entry in file.evidence)
+    if is_tested or source is None or source.kind not in ("paper", "inferred") or not source.text:
         return None
     changes = []
     for device in map(load, catalogue()):
