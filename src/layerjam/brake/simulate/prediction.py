@@ -19,12 +19,12 @@ from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile, list_changes
 from layerjam.brake.device.evidence import NUMBERS, RANGES, Evidence
 from layerjam.brake.device.spread import (
-    find_borrowed_fit,
     SPEED_SD,
     TEST_SPEED,
     TEST_VACUUM,
     Unknown,
     exponent_sd,
+    find_borrowed_fit,
     join_alike,
     list_unknowns,
 )
