@@ -2,6 +2,7 @@
 
 import json
 import math
+import timeit
 
 import numpy as np
 import pytest
@@ -9,9 +10,10 @@ import pytest
 import layerjam
 from layerjam.brake.device.evidence import Evidence, Part
 from layerjam.brake.mechanics.pull import peak
-from layerjam.brake.mechanics.stop.exact import stop
+from layerjam.brake.mechanics.stop.exact import stop, time_at_slip
 from layerjam.brake.mechanics.stop.motion import rope_spring
 from layerjam.brake.simulate import prediction as predicting
+from layerjam.brake.simulate import stop_spread
 from layerjam.brake.simulate.procedure import parse_procedure, simple_pull
 from layerjam.brake.simulate.pull_spread import pull_numbers, spread_pull
 from layerjam.brake.simulate.repeated_runs import interpolate_samples
@@ -113,6 +115,46 @@ def test_samples_agree_with_an_independent_monte_carlo():
     assert ends(result, "dissipated_energy") == pytest.approx(
         np.quantile(end.heat, (0.025, 0.975)), rel=0.015
     )
+    case = (unit, 2.0 * unit, 50e3 * unit, spring, brake.site.gravity, other)
+    times = np.quantile(time_at_slip(end.slip, *case), (0.025, 0.975))
+    assert ends(result, "stopping_time") == pytest.approx(times, rel=0.015)
+
+
+# at 30 kPa a third of these stops use up the travel; at 15 kPa all do, and no time is the longest
+@pytest.mark.parametrize("vacuum", [15e3, 30e3, 60e3])
+@pytest.mark.parametrize("rope", [None, 16.8e3])
+def test_interpolated_stopping_times_agree_with_those_of_every_sample(vacuum, rope):
+    case = {"mass": 1.0, "speed": 2.0, "rope_stiffness": rope, "vacuum": vacuum}
+    file = layerjam.load("choi2018-kapton")
+    result = layerjam.drop(file, **case)
+    brakes = predicting.Prediction(file, vacuum, result.slip, 2.0).brakes
+    unit = np.ones(len(brakes.scale_factor))
+    spring, gravity = rope_spring(rope, brakes), file.brake.site.gravity * unit
+    numbers = (unit, 2.0 * unit, vacuum * unit, spring * unit, gravity, brakes)
+    times = time_at_slip(stop(*numbers).slip, *numbers)
+    expected = np.quantile(times, (0.025, 0.975), method="hazen")
+    assert ends(result, "stopping_time") == pytest.approx(expected, rel=0.03)
+
+
+@pytest.mark.timing
+def test_an_interval_takes_at_most_20_ms(monkeypatch):
+    file = layerjam.load("choi2018-kapton")
+
+    def shortest(run):
+        run()
+        return min(timeit.repeat(run, number=1, repeat=9))
+
+    def drop():
+        return layerjam.drop(file, vacuum=45e3, **DROP)
+
+    assert shortest(lambda: layerjam.force(file, slip=0.02, vacuum=45e3)) <= 0.02
+    assert shortest(lambda: layerjam.vacuum(file, slip=0.02, force=40.0)) <= 0.02
+    assert (
+        shortest(lambda: layerjam.tensile(file, vacuum=45e3, speed=0.013, elongation=0.04)) <= 0.02
+    )
+    time_with = shortest(drop)
+    monkeypatch.setattr(stop_spread, "_solve_samples", lambda prediction, record: {})
+    assert time_with - shortest(drop) <= 0.02
 
 
 STACK = {"vacuum": 60e3, "speed": 0.013, "elongation": 0.02, "model": "stack"}
