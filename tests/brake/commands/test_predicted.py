@@ -309,6 +309,54 @@ def test_show_array_and_compare_use_the_same_interval():
     assert (found["low"], found["high"]) == pytest.approx((low, high))
 
 
+def change_factor(file, deviation):
+    """Return a brake with another scale factor, and no tests."""
+    factor = file.brake.scale_factor * math.exp(deviation)
+    return evolve(file, brake=evolve(file.brake, scale_factor=factor), evidence=())
+
+
+@pytest.mark.parametrize("counts", [{}, {"parallel": 2, "series": 3}])
+def test_an_array_at_its_end_has_the_numbers_of_weaker_and_stronger_brakes(counts):
+    sd, file = 0.1, proven(0.1)
+    result = layerjam.array(file, vacuum=60e3, **counts)
+    for place, sign in enumerate((-1, 1)):
+        other = layerjam.array(change_factor(file, sign * Z * sd), vacuum=60e3, **counts)
+        for name in ("force_at_end", "work", "energy", "peak_force"):
+            assert ends(result, name)[place] == pytest.approx(getattr(other, name), rel=5e-3)
+    assert "force_at_end" not in layerjam.array(file, until=1e-3, **counts).intervals
+
+
+@pytest.mark.usefixtures("without_speed_scatter")
+def test_both_stops_of_a_plan_have_the_numbers_of_weaker_and_stronger_brakes():
+    sd, file, arrival = 0.03, proven(0.03), {"mass": 1.0, "speed": 2.0}
+    result = layerjam.plan("choi2018", file, warning=3.0, travel=0.04, **arrival)
+    # an integrated stop with the vacuum that moves differs slightly, so compare constant ones
+    for head, vacuum in (("", result.reached), ("tuned_", result.tuned_vacuum)):
+        names = ["peak_force", "peak_g", *(() if head else ("dissipated_energy",))]
+        for place, sign in enumerate((-1, 1)):
+            brake = change_factor(file, sign * Z * sd)
+            stop_record = layerjam.drop(brake, vacuum=vacuum, **arrival)
+            for name in names:
+                # a weaker brake slips further, and gravity adds to the heat
+                end = 1 - place if name == "dissipated_energy" else place
+                value = getattr(stop_record, name)
+                assert ends(result, f"{head}{name}")[end] == pytest.approx(value, rel=5e-3)
+            assert ends(result, f"{head}slip")[1 - place] == pytest.approx(
+                stop_record.slip, rel=5e-3
+            )
+
+
+def test_energy_over_a_travel_that_no_pull_reached_is_extrapolated():
+    (tests,) = proven(0.1).evidence
+    narrow = evolve(tests, ranges={**tests.ranges, "slip": (0.0, 0.04)})
+    file = evolve(layerjam.load("choi2018-kapton"), evidence=(narrow,))
+    for result in (layerjam.show(file), layerjam.array(file)):
+        assert result.basis == "extrapolated"
+        (row,) = result.extrapolated
+        assert row == {"quantity": "slip", "value": 0.06, "low": 0.0, "high": 0.04}
+    assert layerjam.show(proven(0.1)).basis == "tested"
+
+
 def test_compare_says_when_intervals_overlap():
     apart = layerjam.compare("choi2018-kapton", "choi2018-ptfe")
     assert not any(w.key == "intervals-overlap" for w in apart.warnings)

@@ -132,7 +132,7 @@ def show(
                 "clamp-stress",
             )
         )
-    prediction = Prediction(brake, full_vacuum, device=device)
+    prediction = Prediction(brake, full_vacuum, device.sheets.usable_travel, device=device)
     notices += prediction.notices()
     return BrakeSummary(
         name=brake.name,
