@@ -136,6 +136,22 @@ def test_interpolated_stopping_times_agree_with_those_of_every_sample(vacuum, ro
     assert ends(result, "stopping_time") == pytest.approx(expected, rel=0.03)
 
 
+def test_stops_next_to_those_that_snap_have_a_time():
+    """Every tenth brake counts as one that snaps, without a slip."""
+    file = layerjam.load("choi2018-kapton")
+    brakes = predicting.Prediction(file, 60e3, 0.02, 2.0).brakes
+    unit = np.ones(len(brakes.scale_factor))
+    spring = rope_spring(16.8e3, brakes)
+    case = (unit, 2.0 * unit, 60e3 * unit, spring * unit, 9.81 * unit, brakes)
+    end = stop(*case)
+    slip = np.where(np.arange(len(unit)) % 10 == 3, np.nan, end.slip)
+    times = stop_spread._find_times(end._replace(slip=slip), case)
+    assert (np.isnan(times) == np.isnan(slip)).all()
+    exact = time_at_slip(slip, *case)
+    assert np.nanmax(np.abs(times / exact - 1)) < 0.15
+    assert np.nanquantile(np.abs(times / exact - 1), 0.5) < 0.01
+
+
 @pytest.mark.timing
 def test_an_interval_takes_at_most_20_ms(monkeypatch):
     file = layerjam.load("choi2018-kapton")
@@ -344,6 +360,23 @@ def test_both_stops_of_a_plan_have_the_numbers_of_weaker_and_stronger_brakes():
             assert ends(result, f"{head}slip")[1 - place] == pytest.approx(
                 stop_record.slip, rel=5e-3
             )
+
+
+def test_the_mean_of_a_summary_and_of_an_array_has_no_scatter():
+    sd, mean_sd, names = 0.1, 0.02, ("scale_factor",)
+    (tests,) = proven(mean_sd).evidence
+    parts = (*tests.parts, Part("test", ((sd**2,),)))
+    file = evolve(layerjam.load("choi2018-kapton"), evidence=(evolve(tests, parts=parts),))
+    assert tests.names == names
+    for run, name in ((layerjam.show, "max_force"), (layerjam.array, "force_at_end")):
+        for interval, total in (("mean", mean_sd), ("next", math.hypot(sd, mean_sd))):
+            result = run(file, interval=interval)
+            for place, sign in enumerate((-1, 1)):
+                other = run(change_factor(file, sign * Z * total))
+                assert ends(result, name)[place] == pytest.approx(getattr(other, name), rel=5e-3)
+            assert {i["of"] for i in result.intervals.values()} == {
+                "mean" if interval == "mean" else "next test"
+            }
 
 
 def test_energy_over_a_travel_that_no_pull_reached_is_extrapolated():

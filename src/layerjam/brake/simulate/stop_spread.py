@@ -154,18 +154,20 @@ def _find_times(end: Any, case: tuple[Any, ...]) -> Array:
     """
     count = len(end.slip)
 
-    def solve(places: Array) -> Array:
+    def solve(places: npt.NDArray[np.int64]) -> Array:
         def take(leaf: Any) -> Any:
             return leaf[places] if np.shape(leaf) == (count,) else leaf
 
         return np.asarray(time_at_slip(end.slip[places], *(map_leaves(take, c) for c in case)))
 
     if count <= FEWER_SAMPLES:
-        return solve(np.arange(count))
+        return solve(np.arange(count, dtype=np.int64))
     order, times = np.lexsort((end.end_speed, end.slip)), np.empty(count)
     places = order[::TIME_STRIDE]
     times[order] = np.interp(np.arange(count), np.arange(0, count, TIME_STRIDE), solve(places))
     ranks = np.argsort(times)
-    tails = np.concatenate((ranks[:TIME_TAIL], ranks[-TIME_TAIL:]))
-    times[tails] = solve(tails)
+    # next to stops without a time, interpolation has none either
+    holes = np.flatnonzero(np.isnan(times) & np.isfinite(end.slip))
+    again = np.unique(np.concatenate((ranks[:TIME_TAIL], ranks[-TIME_TAIL:], holes)))
+    times[again] = solve(again)
     return times

@@ -3,7 +3,13 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
-from layerjam.brake.commands.arguments import Atmosphere, BrakeInput, OtherFilm, check_vacuum
+from layerjam.brake.commands.arguments import (
+    Atmosphere,
+    BrakeInput,
+    Interval,
+    OtherFilm,
+    check_vacuum,
+)
 from layerjam.brake.simulate.quantities import ELONGATION, VACUUM
 from layerjam.brake.simulate.record import Outcome
 from layerjam.core.command.declare import Help, command
@@ -70,6 +76,7 @@ def array(
     ] = None,
     atmosphere: Atmosphere = None,
     film: OtherFilm = None,
+    interval: Interval = "next",
 ) -> ArrayPull:
     """Simulate one slow pull of identical brakes in parallel and in series.
 
@@ -104,7 +111,8 @@ def array(
             )
         )
     force = float(pull_record.force[top])
-    prediction = Prediction(brake, pressure, device.sheets.usable_travel, device=device)
+    travel, is_mean = device.sheets.usable_travel, interval == "mean"
+    prediction = Prediction(brake, pressure, travel, device=device, of_mean=is_mean)
     has_ended = pull_record.outcome is Outcome.BOTTOMED_OUT
     samples = _spread_totals(prediction, pressure, totals, force / rows, (rows, row), has_ended)
     return ArrayPull.create(
