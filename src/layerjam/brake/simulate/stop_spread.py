@@ -168,6 +168,6 @@ def _find_times(end: Any, case: tuple[Any, ...]) -> Array:
     ranks = np.argsort(times)
     # next to stops without a time, interpolation has none either
     holes = np.flatnonzero(np.isnan(times) & np.isfinite(end.slip))
-    again = np.unique(np.concatenate((ranks[:TIME_TAIL], ranks[-TIME_TAIL:], holes)))
-    times[again] = solve(again)
+    inexact = np.unique(np.concatenate((ranks[:TIME_TAIL], ranks[-TIME_TAIL:], holes)))
+    times[inexact] = solve(inexact)
     return times
