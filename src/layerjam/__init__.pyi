@@ -1811,6 +1811,7 @@ def array(
     until: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
     film: str | None = ...,
+    interval: Literal["next", "mean"] = ...,
 ) -> _ArrayPullResult:
     """Simulate one slow pull of identical brakes in parallel and in series.
 
@@ -1937,6 +1938,7 @@ def show(
     *,
     atmosphere: float | str | _HasUnit | None = ...,
     film: str | None = ...,
+    interval: Literal["next", "mean"] = ...,
 ) -> _BrakeSummaryResult:
     """Show mass, forces, energy and strength of a brake, and the source of each number."""
 

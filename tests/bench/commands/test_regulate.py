@@ -210,7 +210,8 @@ def test_a_recorded_step_is_refused_behind_a_tube_that_counts(tmp_path):
         regulate(path, target="60 kPa", step=step, **SEEN)
 
 
-def test_the_errors_of_the_next_brake_are_those_of_brakes_drawn_one_by_one():
+@pytest.mark.parametrize("profile", ["rehabilitation", "sine", "step"])
+def test_the_errors_of_the_next_brake_are_those_of_brakes_drawn_one_by_one(profile):
     """The vacuum is closed in the loop, so a brake that differs errs by its own friction."""
     sd, file = 0.08, load("choi2018-kapton")
     tests = Evidence(
@@ -224,7 +225,7 @@ def test_the_errors_of_the_next_brake_are_those_of_brakes_drawn_one_by_one():
         parts=(Part("test", ((sd**2,),)),),
     )
     brake = evolve(file, evidence=(tests,))
-    answer = follow("choi2018", brake, profile="rehabilitation", **SHAPE, **SEEN)
+    answer = follow("choi2018", brake, profile=profile, **SHAPE, **SEEN)
     record, base = answer.record[0], file.brake
     random = np.random.default_rng(5)
     factors = np.exp(sd * random.standard_normal(3000))
@@ -242,5 +243,5 @@ def test_the_errors_of_the_next_brake_are_those_of_brakes_drawn_one_by_one():
         due = np.quantile(values, (0.025, 0.975))
         assert answer.interval(key) == pytest.approx(tuple(due), rel=0.04)
     assert answer.basis == "tested"
-    mean = follow("choi2018", brake, profile="rehabilitation", interval="mean", **SHAPE, **SEEN)
+    mean = follow("choi2018", brake, profile=profile, interval="mean", **SHAPE, **SEEN)
     assert mean.interval("rms_error") == pytest.approx((answer.rms_error,) * 2, rel=1e-3)

@@ -85,3 +85,20 @@ def test_the_reason_for_no_vacuum_rests_on_the_full_vacuum(tested: BrakeFile) ->
     assert weak.extrapolated[0]["value"] == 0.0
     mixed = layerjam.vacuum(tested, slip=0.02, force=np.array([50.0, 500.0]))
     assert mixed.basis == "extrapolated"
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.5])
+@pytest.mark.parametrize("spacers", [True, False])
+def test_the_safe_vacuum_is_the_one_of_the_brake_that_one_in_twenty_is_weaker_than(
+    tested: BrakeFile, spacers: bool, speed: float
+) -> None:
+    """Without spacers each stop is a quadrature; at 0.5 m/s some samples are bisected."""
+    brake = evolve(tested.brake, mount=evolve(tested.brake.mount, spacers=spacers))
+    (tests,) = tested.evidence
+    evidence = (evolve(tests, fitted={"mount.spacers": spacers}),)
+    file, stop = evolve(tested, brake=brake, evidence=evidence), {**STOP, "speed": speed}
+    result = layerjam.tune(file, **stop, find_speeds=False)
+    factor = brake.scale_factor * math.exp(NormalDist().inv_cdf(0.05) * SD)
+    weaker = evolve(file, brake=evolve(brake, scale_factor=factor), evidence=())
+    needed = layerjam.tune(weaker, **stop, find_speeds=False).vacuum
+    assert result.safe_vacuum == pytest.approx(needed, rel=5e-3)

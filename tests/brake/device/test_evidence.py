@@ -99,6 +99,35 @@ def test_a_matrix_that_is_no_covariance_is_rejected(matrix: list[list[float]]) -
         Evidence.read(row)
 
 
+@pytest.mark.parametrize("name", ["scale_factor", "stiffness_measured"])
+def test_a_fitted_number_without_uncertainty_is_rejected(name: str) -> None:
+    row = EVIDENCE.to_toml()
+    place = EVIDENCE.names.index(name)
+    for part in row["parts"]:
+        for i in range(3):
+            part["covariance"][i][place] = part["covariance"][place][i] = 0.0
+    with pytest.raises(
+        QuantityError, match=rf"calibrate: the covariance of {name} is 0 .* variance above 0"
+    ):
+        Evidence.read(row)
+
+
+def test_degrees_of_freedom_below_those_of_two_tests_are_rejected() -> None:
+    row = EVIDENCE.to_toml()
+    row["parts"][2]["degrees"] = 0.5
+    with pytest.raises(QuantityError, match=r"degrees in parts is 0\.5; expected at least 1"):
+        Evidence.read(row)
+    row["parts"][2]["degrees"] = 1
+    assert Evidence.read(row).parts[2].degrees == 1
+
+
+def test_a_range_without_a_unit_is_named_with_its_value() -> None:
+    row = EVIDENCE.to_toml()
+    row["ranges"]["vacuum"] = ["40", "90 kPa"]
+    with pytest.raises(QuantityError, match=r"ranges\.vacuum: '40' has no unit"):
+        Evidence.read(row)
+
+
 def test_an_unknown_key_is_named() -> None:
     with pytest.raises(QuantityError, match="unknown key surprise"):
         Evidence.read({**EVIDENCE.to_toml(), "surprise": 1})

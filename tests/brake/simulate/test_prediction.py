@@ -113,6 +113,17 @@ def test_without_any_uncertainty_the_interval_has_no_width():
     assert high == pytest.approx(value, rel=1e-12)
 
 
+def test_the_widest_scatter_that_a_file_may_state_gives_numbers_without_a_warning():
+    file = with_tests(part("mean", 1.99, 1.99, 1.99, degrees=1.0))
+    forces = brake_force(0.01, VACUUM, Prediction(file, VACUUM, 0.01).brakes)
+    squares = forces**2
+    assert np.isfinite(squares).all()
+    # quantiles of Student's t with one degree of freedom are those of the Cauchy distribution
+    low, high = np.exp(1.99 * stats.cauchy.ppf([0.025, 0.975]))
+    value, *ends = friction(file, speed=0.013)
+    assert ends == pytest.approx([value * low, value * high], rel=0.3)
+
+
 def test_the_mean_of_many_tests_has_no_scatter():
     file = with_tests(part("mean", 0.02), part("test", 0.1), part("mounting", 0.1))
     wide = Prediction(file, VACUUM, SLIP)

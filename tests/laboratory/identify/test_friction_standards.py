@@ -13,9 +13,11 @@ from scipy.stats import t as student
 from laboratory.campaigns import bench as virtual
 from laboratory.identify.saw import GRAVITY, sled
 from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.evidence import Evidence
 from layerjam.brake.device.load import load
 from layerjam.core.errors import FileError, FitError, UnknownNameError
 from layerjam.laboratory.identify.friction.breakaway import find_breakaway, inertia_effect
+from layerjam.laboratory.identify.friction.evidence import make_friction_evidence
 from layerjam.laboratory.identify.friction.reduction import (
     add_friction,
     reduce_friction,
@@ -263,6 +265,18 @@ def test_a_brake_names_files_digests_standard_and_interval(tmp_path) -> None:
     assert "ISO 8295" in source and "1.csv (SHA-256 " in source and "95 % interval" in source
     assert [len(f["sha256"]) for f in brake.notes["files"]] == [64] * 3
     assert brake.notes["standard"] == "ISO 8295" and "mm of travel" in brake.notes["window"]
+
+
+@pytest.mark.parametrize("readings", [[0.24, 0.24, 0.24], [0.24]])
+def test_repeats_with_the_same_reading_have_the_scatter_of_the_paper(readings) -> None:
+    file = load("choi2018-kapton")
+    means = {"kinetic": summarise_repeats(readings)}
+    evidence = make_friction_evidence(file, means, [], {})
+    assert Evidence.read(evidence.to_toml()) == evidence
+    sds = {part.of: part.covariance[0][0] ** 0.5 for part in evidence.parts}
+    # table I of Choi 2018: repeats scatter by 3 %, and their mean by that over the root of n
+    assert sds["test"] == pytest.approx(0.03, rel=1e-3)
+    assert sds["mean"] == pytest.approx(0.03 / len(readings) ** 0.5, rel=1e-3)
 
 
 def test_names_of_standards() -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
 from scipy.stats import norm
 
+import layerjam as lj
 from layerjam.brake.simulate import prediction
 from layerjam.workshop.design.robust import assess
 from workshop.design.test_design import SMALL, read
@@ -38,6 +40,27 @@ def test_the_chance_to_hold_is_that_of_an_independent_monte_carlo():
     assert chance.low == pytest.approx(np.quantile(drawn, 0.05), rel=0.05)
     assert chances_of(asked).chances == found.chances
     assert found.prediction.basis.word == "handbook"
+
+
+def test_the_lines_of_a_design_show_the_interval_of_its_hold(tmp_path):
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL, encoding="utf-8")
+    result = lj.design(path)
+    made = result.chosen
+    held = 0.875 * 0.32 * (made["count"] - 1) * made["width"] * made["overlap"] * made["vacuum"]
+    assert made["holding_force"] == pytest.approx(held)
+    random = np.random.default_rng(6)
+    static, fit, repeat, pressure = random.standard_normal((4, 400_000))
+    spread = math.sqrt(math.log1p(0.0818**2))
+    beyond = 0.06 * math.log(made["vacuum"] / 101325) * pressure
+    drawn = held * np.exp(spread * static + math.log(2) / 1.96 * fit + 0.03 * repeat + beyond)
+    (line,) = (line for line in result.lines() if line.startswith("  holding_force: "))
+    value, *ends = map(float, re.findall(r"([0-9.]+) N\b", line)[:3])
+    assert value == pytest.approx(held, rel=1e-3)
+    # the quantile of 1000 samples has a standard error of 2.5 %
+    assert ends == pytest.approx(list(np.quantile(drawn, (0.025, 0.975))), rel=0.05)
+    (line,) = (line for line in result.lines() if line.startswith("  mass: "))
+    assert "95 %" not in line
 
 
 def test_a_scatter_of_the_specification_replaces_that_of_the_film():

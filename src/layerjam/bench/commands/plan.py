@@ -188,6 +188,7 @@ StoredVacuum = Annotated[
 ]
 SampleCount = Annotated[int, SAMPLES, Help("Minimum number of masses, speeds and brakes to try.")]
 SPREAD = ("expected_g", "g_95", "beyond", "out")
+TUNED = ("slip", "peak_force", "peak_g")
 
 
 @command("vacuum")
@@ -242,7 +243,7 @@ def plan(
         brake, line.line, case, stored=reservoir, water=water, leaks=leak_time is not None
     )
     full_spread, later_spread = _predict_spreads(plan, samples, seed)
-    prediction_fields = _predict_intervals(plan, full_spread, confidence, seed)
+    prediction_fields = _predict_intervals(plan, full_spread, later_spread, confidence, seed)
     is_enough, build = plan.full.stops_within(travel), _suggest_build(plan)
     checks = checks_of_plan(plan, full_spread.beyond, prediction_fields["safe_vacuum"], confidence)
     return CollisionPlan.create(
@@ -367,15 +368,17 @@ def _predict_spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Sprea
     return full_spread, predict_spread(plan.tuned.vacuum, plan.brake, plan.case, samples, seed)
 
 
-def _predict_intervals(plan: Plan, full: Spread, confidence: float, seed: int) -> dict[str, Any]:
-    """Return the safe vacuum, the intervals of the stop at the full vacuum, and their basis."""
+def _predict_intervals(
+    plan: Plan, full: Spread, later: Spread, confidence: float, seed: int
+) -> dict[str, Any]:
+    """Return the safe vacuum, the intervals of both stops, and the basis of the first."""
     from layerjam.bench.control.plan_spread import find_safe_vacuum
     from layerjam.brake.simulate.prediction import Prediction
 
     safe_vacuum = find_safe_vacuum(plan, confidence, seed)
     prediction = Prediction(plan.brake, plan.reached, plan.case.travel, plan.case.speed)
-    stop_samples = {"slip": full.slip, "peak_force": full.peak_force}
-    state = prediction.state(needed=safe_vacuum.least_vacuums, **stop_samples)
+    tuned_samples = {f"tuned_{key}": later.samples[key] for key in TUNED}
+    state = prediction.state(needed=safe_vacuum.least_vacuums, **full.samples, **tuned_samples)
     return {"safe_vacuum": safe_vacuum.vacuum, "confidence": confidence, **state}
 
 

@@ -27,8 +27,8 @@ from layerjam.core.errors import QuantityError
 from layerjam.core.evolve import evolve
 from layerjam.core.units import show
 
-SPREAD_SAMPLES, SPREAD_POINTS = 400, 4000
-"""Number of brakes and of times for the scatter of the errors."""
+SPREAD_SAMPLES, SPREAD_POINTS, PEAK_POINTS = 400, 400, 60
+"""Number of brakes, of times, and of times with the largest errors and forces, for the scatter."""
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 LEAST = 1.0
@@ -193,15 +193,20 @@ def spread_errors(
     not depend on the brake, so it is that of the record.
     """
     length = len(record.slip)
-    places = np.linspace(0, length - 1, min(length, SPREAD_POINTS)).round().astype(int)
+    even = np.linspace(0, length - 1, min(length, SPREAD_POINTS)).round().astype(int)
+    # another brake has its largest error where this one has it, or where the force is largest
+    largest = (np.argsort(size)[-PEAK_POINTS:] for size in (np.abs(record.error), record.force))
+    places = np.concatenate((even, *largest))
     vacuum, slip, pace = record.loop.vacuum[places], record.slip[places], paces[places]
     moving = fix_speed(pace, brake)
     numbers: dict[str, Any] = {"vacuum": vacuum, "slip": slip, "speed": pace, "device": moving}
     prediction = evolve(conditions, **numbers, samples=SPREAD_SAMPLES)
     force = np.asarray(brake_force(slip, vacuum, prediction.brakes))
     error = force - record.wanted[places]
+    # few times are enough for the change of the mean square from that of the record
+    change = np.mean(error[:, : len(even)] ** 2 - record.error[even] ** 2, axis=-1)
     return {
-        "rms_error": np.sqrt(np.mean(error**2, axis=-1)),
+        "rms_error": np.sqrt(np.maximum(record.rms**2 + change, 0.0)),
         "greatest_error": np.abs(error).max(axis=-1),
     }
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from layerjam.bench.control.plan import Arrival, Plan
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
-from layerjam.brake.mechanics.stop.exact import NEVER_SLID, STOPPED, stop
+from layerjam.brake.mechanics.stop.exact import NEVER_SLID, NOT_A_CASE, SNAPS, STOPPED, stop
 from layerjam.brake.mechanics.stop.motion import rope_spring
 from layerjam.brake.simulate import safe_vacuum, tuned
 from layerjam.brake.simulate.prediction import (
@@ -51,10 +51,11 @@ class Spread(NamedTuple):
     """Mean speed at the end of travel [m/s] of the arrivals that use it up; 0 if none does."""
     tried: int
     """Number of stops tried."""
-    slip: Array
-    """Slip [m] of each stop; infinite if it uses up the brake's travel."""
-    peak_force: Array
-    """Peak force [N] of each stop; infinite if it uses up the brake's travel."""
+    samples: dict[str, Array]
+    """Numbers of each stop by the keys of `plan`, in SI.
+
+    Infinite if it snaps; slip and peaks also if it uses up the brake's travel.
+    """
 
 
 def _cube_size(samples: int) -> int:
@@ -100,7 +101,10 @@ def predict_spread(
     with np.errstate(divide="ignore", invalid="ignore"):
         peak = np.asarray(result.peak_force) / (mass * g)
         peaks = np.where(stands, peak, 0.0).sum(axis=1) / stands.sum(axis=1)
-    ends = (np.where(stands, v, np.inf).ravel() for v in (slip, np.asarray(result.peak_force)))
+    numbers = {"slip": slip, "peak_force": np.asarray(result.peak_force), "peak_g": peak}
+    stop_samples = {key: np.where(stands, v, np.inf).ravel() for key, v in numbers.items()}
+    has_snapped = np.isin(outcome, (SNAPS, NOT_A_CASE))
+    stop_samples["dissipated_energy"] = np.where(has_snapped, np.inf, result.heat).ravel()
     exceeds = ~stands | (slip > case.travel * (1 + 1e-9))
     pace = np.asarray(result.end_speed)[~stands]
     high = float(np.quantile(peak[stands], 0.95)) if stands.any() else float("nan")
@@ -111,7 +115,7 @@ def predict_spread(
         _mean_and_error((~stands).mean(axis=1), least_error),
     )
     return Spread(
-        *_mean_and_error(peaks, 0.0), high, *late_share, *out, pace_left, mass.size, *ends
+        *_mean_and_error(peaks, 0.0), high, *late_share, *out, pace_left, mass.size, stop_samples
     )
 
 

@@ -58,7 +58,7 @@ REQUIRED_RANGES: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 """{command: ranges without which nothing would be outside the tests}."""
 PARTS = ("mean", "test", "mounting")
-LARGEST, LARGEST_EXPONENT, FEWEST_DEGREES = 4.0, 1.0, 0.5
+LARGEST, LARGEST_EXPONENT, FEWEST_DEGREES = 4.0, 1.0, 1.0
 """Bounds of covariances of logarithms, of the SD of an exponent, and of degrees of freedom."""
 
 
@@ -152,6 +152,8 @@ class Evidence:
         for key, read in _READERS.items():
             try:
                 values[key] = read(row)
+            except QuantityError:
+                raise
             except (KeyError, TypeError, ValueError, AttributeError, np.linalg.LinAlgError):
                 raise QuantityError(
                     f"tested: {key} is missing or not as `calibrate` writes it; calibrate again, "
@@ -166,7 +168,23 @@ class Evidence:
         size = len(values["names"])
         if any(len(part.covariance) != size for part in values["parts"]):
             raise QuantityError(f"tested: the covariance in parts is not that of {size} names")
-        return cls(**values)
+        entry = cls(**values)
+        entry._check_variances()
+        return entry
+
+    def _check_variances(self) -> None:
+        """Raise an error if all parts state that a fitted number has no uncertainty.
+
+        Pulls do not scatter the force of the enclosure, and a file may state that it is exact.
+        """
+        for place, name in enumerate(self.names):
+            is_exact = not sum(part.covariance[place][place] for part in self.parts)
+            if is_exact and (self.command, name) != ("calibrate", "enclosure_force"):
+                raise QuantityError(
+                    f"tested, {self.command}: the covariance of {name} is 0 in all parts; a fitted "
+                    "number needs a variance above 0 in at least one; calibrate again, or remove "
+                    "the table"
+                )
 
 
 def read_evidence(rows: object) -> tuple[Evidence, ...]:
@@ -238,7 +256,10 @@ def _read_part(row: Mapping[str, Any]) -> Part:
         raise ValueError("covariance")
     degrees = _read_positive("degrees", row)
     if degrees is not None and degrees < FEWEST_DEGREES:
-        raise ValueError("degrees")
+        raise QuantityError(
+            f"tested: degrees in parts is {degrees:g}; expected at least {FEWEST_DEGREES:g}, as n "
+            "tests with one fitted number have n - 1; calibrate again, or remove the table"
+        )
     return Part(row["of"], as_tuples(matrix), math.inf if degrees is None else degrees)
 
 

@@ -42,7 +42,8 @@ SAMPLES, FEWEST_SAMPLES = 1000, 40
 MOST_ELEMENTS = 2_000_000
 """Number of samples times elements of an array up to which all `SAMPLES` are drawn."""
 SEED = 2018
-HUGE = 1e300
+HUGE, FARTHEST = 1e300, 50.0
+"""Values that count as infinite, and the largest deviation of a logarithm: e^50 is 5e21."""
 LEAST_VACUUM, LEAST_SPEED = 1.0, 1e-6
 """Vacuum [Pa] and speed [m/s] below which friction changes no further."""
 TOLERANCE = 0.1
@@ -198,7 +199,8 @@ class Prediction:
             logs["speed_slope"] = (SPEED_SD * find_quantiles(next(levels))).reshape(shape)
         logs["scale_factor"] = logs["scale_factor"] + self._friction_beyond(fit, logs)
         logs = {name.removeprefix("film."): value for name, value in logs.items()}
-        return Deviations(**{name: logs[name] for name in Deviations._fields})
+        logs = {name: np.clip(logs[name], -FARTHEST, FARTHEST) for name in Deviations._fields}
+        return Deviations(**logs)
 
     def _friction_beyond(self, fit: Evidence | None, logs: Mapping[str, Any]) -> Any:
         """Return the change of ln(friction) from the conditions of the tests to these conditions.

@@ -6,6 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.mechanics.arrays import map_leaves
+from layerjam.brake.mechanics.effects import depends_on_slip
 from layerjam.brake.mechanics.speed_effects import depends_on_speed
 from layerjam.brake.mechanics.stop.exact import NEVER_SLID, STOPPED, stop
 from layerjam.brake.mechanics.stop.motion import rope_spring
@@ -34,8 +36,10 @@ class SafeVacuum(NamedTuple):
 
 
 def count_samples(case: Case) -> int:
-    """Return the number of samples for a case; fewer if every stop must be integrated."""
-    return FEW if depends_on_speed(case.brake) else DECISION_SAMPLES
+    """Return the number of samples for a case; fewer if stop or work must be integrated."""
+    if depends_on_speed(case.brake):
+        return FEW
+    return SAMPLES if depends_on_slip(case.brake) else DECISION_SAMPLES
 
 
 def predict_decision(file: BrakeFile, case: Case, vacuum: float | None) -> Prediction:
@@ -53,12 +57,17 @@ def find_safe_vacuum(case: Case, prediction: Prediction, confidence: float) -> S
     least_vacuums = np.asarray(
         tuned_stop(mass * unit, speed * unit, travel * unit, rope, gravity, brakes)
     )
-    atmosphere = case.brake.site.atmosphere
+    atmosphere, spring = case.brake.site.atmosphere, rope_spring(rope, brakes)
 
-    def is_within(vacuum: Any) -> npt.NDArray[np.bool_]:
-        """Return which samples stop within the travel at a vacuum."""
-        spring = rope_spring(rope, brakes)
-        end = stop(mass * unit, speed * unit, vacuum * unit, spring, gravity, brakes)
+    def is_within(vacuum: Any, places: Any = slice(None)) -> npt.NDArray[np.bool_]:
+        """Return which samples, of those at `places`, stop within the travel at a vacuum."""
+
+        def take(leaf: Any) -> Any:
+            return leaf[places] if np.shape(leaf) == unit.shape else leaf
+
+        full_case = (mass * unit, speed * unit, spring * unit, gravity * unit, brakes)
+        m, v, k, g, few_brakes = (map_leaves(take, part) for part in full_case)
+        end = stop(m, v, vacuum + 0.0 * m, k, g, few_brakes)
         stands = (end.outcome == STOPPED) | (end.outcome == NEVER_SLID)
         return np.asarray(stands & (end.slip <= travel * (1 + 1e-9)))
 
@@ -67,9 +76,8 @@ def find_safe_vacuum(case: Case, prediction: Prediction, confidence: float) -> S
         # too slow to use up the travel, or too fast even for full vacuum
         reaches = is_within(atmosphere)
         least_vacuums = np.where(is_missing, np.where(reaches, 0.0, np.inf), least_vacuums)
-        least_vacuums = np.where(
-            is_missing & reaches, _bisect_least(is_within, atmosphere), least_vacuums
-        )
+        if len(places := np.flatnonzero(is_missing & reaches)):
+            least_vacuums[places] = _bisect_least(lambda p: is_within(p, places), atmosphere)
     share = float(np.isfinite(least_vacuums).mean())
     vacuum = float(prediction.quantiles(least_vacuums, confidence))
     return SafeVacuum(vacuum if vacuum <= atmosphere else None, least_vacuums, share)

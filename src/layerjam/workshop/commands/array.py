@@ -3,8 +3,15 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
-from layerjam.brake.commands.arguments import Atmosphere, BrakeInput, OtherFilm, check_vacuum
+from layerjam.brake.commands.arguments import (
+    Atmosphere,
+    BrakeInput,
+    Interval,
+    OtherFilm,
+    check_vacuum,
+)
 from layerjam.brake.simulate.quantities import ELONGATION, VACUUM
+from layerjam.brake.simulate.record import Outcome
 from layerjam.core.command.declare import Help, command
 from layerjam.core.command.predicted import PredictionResult
 from layerjam.core.command.results import fact, number, result
@@ -69,6 +76,7 @@ def array(
     ] = None,
     atmosphere: Atmosphere = None,
     film: OtherFilm = None,
+    interval: Interval = "next",
 ) -> ArrayPull:
     """Simulate one slow pull of identical brakes in parallel and in series.
 
@@ -103,8 +111,10 @@ def array(
             )
         )
     force = float(pull_record.force[top])
-    prediction = Prediction(brake, pressure, device=device)
-    samples = _spread_totals(prediction, pressure, totals, force / rows, rows)
+    travel, is_mean = device.sheets.usable_travel, interval == "mean"
+    prediction = Prediction(brake, pressure, travel, device=device, of_mean=is_mean)
+    has_ended = pull_record.outcome is Outcome.BOTTOMED_OUT
+    samples = _spread_totals(prediction, pressure, totals, force / rows, (rows, row), has_ended)
     return ArrayPull.create(
         totals,
         **prediction.state(**samples),
@@ -126,19 +136,30 @@ def array(
 
 
 def _spread_totals(
-    prediction: "Prediction", vacuum: float, totals: "Totals", force: float, parallel: int
+    prediction: "Prediction",
+    vacuum: float,
+    totals: "Totals",
+    force: float,
+    counts: tuple[int, int],
+    has_ended: bool,
 ) -> dict[str, Any]:
     """Return the samples of an array's numbers; `force` [N] is the largest force of a chain.
 
-    The peak is known only if the pull reached that of its brakes.
+    `counts` are the chains in parallel and the brakes in each. The peak is known only if the pull
+    reached that of its brakes, the force at the end only if all brakes have used up their travel.
     """
     from layerjam.brake.mechanics.energy import slip_work
-    from layerjam.brake.mechanics.pull import peak
+    from layerjam.brake.mechanics.pull import brake_force, peak
+    from layerjam.brake.mechanics.stiffness import working_stiffness
 
-    device = prediction.file.brake
+    device, brakes, (parallel, series) = prediction.file.brake, prediction.brakes, counts
     travel = device.sheets.usable_travel
-    samples = {"energy": totals.brakes * slip_work(travel, vacuum, prediction.brakes)}
+    samples = {"energy": totals.brakes * slip_work(travel, vacuum, brakes)}
+    if has_ended:
+        end = parallel * brake_force(travel, vacuum, brakes)
+        stretch = series * end / (parallel * working_stiffness(brakes))
+        samples |= {"force_at_end": end, "work": samples["energy"] + end * stretch / 2}
     if abs(float(peak(vacuum, travel, device).force) - force) <= 1e-6 * force:
-        peaks = parallel * peak(vacuum, travel, prediction.brakes).force
+        peaks = parallel * peak(vacuum, travel, brakes).force
         samples |= {"peak_force": peaks, "force_density": peaks / totals.mass}
     return samples

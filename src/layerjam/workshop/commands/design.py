@@ -13,6 +13,7 @@ from layerjam.core.brief import brief
 from layerjam.core.command.declare import Help, Input, Progress, command
 from layerjam.core.command.predicted import PredictionResult
 from layerjam.core.command.results import Figure, Judged, fact, number, result
+from layerjam.core.command.wording import format_interval
 from layerjam.core.errors import Notice, QuantityError
 from layerjam.core.evolve import evolve
 from layerjam.core.system import quote_word
@@ -149,6 +150,8 @@ class DesignResult(Judged, PredictionResult):
         yield from ("", f"chosen: {describe_design(choice)}")
         for name in dict.fromkeys(names):
             text = show(choice[name], units[name])
+            if name in (self.intervals or {}):
+                text += format_interval(self.interval(name), units[name], choice[name])
             if name in refinement:
                 text += f"   between the steps {show(refinement[name], units[name])}"
             yield f"  {name}: {text}"

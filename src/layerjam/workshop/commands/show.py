@@ -7,6 +7,7 @@ from typing import Any
 from layerjam.brake.commands.arguments import (
     Atmosphere,
     BrakeInput,
+    Interval,
     OtherFilm,
 )
 from layerjam.brake.device.brake_file import BrakeFile
@@ -86,7 +87,11 @@ class BrakeSummary(PredictionResult):
 
 @command("predict")
 def show(
-    brake: BrakeInput, *, atmosphere: Atmosphere = None, film: OtherFilm = None
+    brake: BrakeInput,
+    *,
+    atmosphere: Atmosphere = None,
+    film: OtherFilm = None,
+    interval: Interval = "next",
 ) -> BrakeSummary:
     """Show mass, forces, energy and strength of a brake, and the source of each number."""
     from layerjam.brake.device.brake import mass
@@ -97,12 +102,12 @@ def show(
     from layerjam.workshop.fabricate.drawn_mass import drawn_mass
 
     device = use_single_modulus(brake.brake)
-    full_vacuum = device.site.atmosphere
-    peak = pull.peak(full_vacuum, device.sheets.usable_travel, device)
+    full_vacuum, travel = device.site.atmosphere, device.sheets.usable_travel
+    peak = pull.peak(full_vacuum, travel, device)
     weight, strength = mass(device), device.film.strength
 
     def find_forces(record: Any) -> dict[str, Any]:
-        max_force = pull.peak(full_vacuum, record.sheets.usable_travel, record).force
+        max_force = pull.peak(full_vacuum, travel, record).force
         return {
             "max_force": max_force,
             "holding_force": friction.holding_force(full_vacuum, record),
@@ -117,10 +122,8 @@ def show(
     mount = float(stiffness.mount_stiffness(device))
     notices = [*brake.warnings(), *gauge_notices(brake)]
     if not has_single_modulus(brake.brake):
-        sentence = (
-            "these numbers use the single modulus of the enclosure, not its [hyperelastic] law"
-        )
-        notices.append(Notice(sentence, "one-modulus"))
+        words = "these numbers use the single modulus of the enclosure, not its [hyperelastic] law"
+        notices.append(Notice(words, "one-modulus"))
     if not bool(peak.inside):
         notices.append(
             Notice("even at full vacuum a pull has no peak: the force rises to the end", "no-peak")
@@ -132,7 +135,7 @@ def show(
                 "clamp-stress",
             )
         )
-    prediction = Prediction(brake, full_vacuum, device.sheets.usable_travel, device=device)
+    prediction = Prediction(brake, full_vacuum, travel, None, device, interval == "mean")
     notices += prediction.notices()
     return BrakeSummary(
         name=brake.name,
@@ -142,7 +145,7 @@ def show(
         stiffness_sliding=float(stiffness.stiffness_sliding(0.0, device)),
         stiffness_measured=device.stiffness_measured,
         stiffness_mount=mount if math.isfinite(mount) else None,
-        usable_travel=device.sheets.usable_travel,
+        usable_travel=travel,
         **forces,
         **prediction.state(**find_forces(prediction.brakes)),
         buckling_force=float(limits.buckling_force(0.0, device)),

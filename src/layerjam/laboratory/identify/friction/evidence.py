@@ -26,16 +26,18 @@ def make_friction_evidence(
     """Return the evidence of friction tests of a film, whose repeats scatter independently.
 
     `means` are those of static and kinetic friction over the repeats, `speeds` [m/s] the known
-    speeds, `changes` the values written into the file.
+    speeds, `changes` the values written into the file. Repeats with the same reading show no
+    scatter; theirs is assumed, like that of one repeat.
     """
     names = tuple(name for name in ("static", "kinetic") if name in means)
     repeats = min(means[name].repeats for name in names)
     has_sds = all(means[name].sd is not None for name in names)
-    sds = np.array(
-        [(means[n].sd or 0.0) / means[n].mean if has_sds else REPEAT_SD[n] for n in names]
-    )
+    sds = np.array([(means[n].sd or 0.0) / means[n].mean or REPEAT_SD[n] for n in names])
     scatter = np.diag(np.log1p(sds**2))
-    errors = [(means[n].standard_error or 0.0) / means[n].mean for n in names]
+    errors = [
+        (means[n].standard_error or 0.0) / means[n].mean or REPEAT_SD[n] / math.sqrt(repeats)
+        for n in names
+    ]
     covariance = np.diag(np.square(errors)) if has_sds else scatter
     degrees = float(repeats - 1) if has_sds else math.inf
     return Evidence(
