@@ -46,7 +46,7 @@ KINDS = {"python", "text", "xml", "console", "sh", "toml", "csv", "json", "diff"
 NEEDS = re.compile(r"<!-- needs: ([\w.]+) -->\n\Z")
 UNKNOWN = "what it prints is not known here"
 """Stands for the output of a C program where there is no compiler."""
-NOT_RUN = ("make", "git", "pip")
+NOT_RUN = ("make", "git", "pip", "source")
 
 
 class Mismatch(AssertionError):

@@ -137,8 +137,8 @@ def find_borrowed_fit(file: BrakeFile) -> tuple[str, dict[str, tuple[Any, Any]]]
     changes = []
     for device in map(load, catalogue()):
         if source == device.sources.get("scale_factor"):
-            fitted = state_fitted("calibrate", device.known_values)
-            ends = {path: (value, file.known_values.get(path)) for path, value in fitted.items()}
+            rows = state_fitted("calibrate", device.known_values).items()
+            ends = {path: (value, file.known_values.get(path)) for path, value in rows}
             changes.append((device.name, {p: pair for p, pair in ends.items() if _differ(*pair)}))
     nearest = min(changes, key=lambda change: len(change[1]), default=None)
     return nearest if nearest is not None and nearest[1] else None

@@ -265,9 +265,9 @@ class Prediction:
 
 def _borrowed_notices(file: BrakeFile) -> Iterator[Notice]:
     """Yield a notice if the scale factor was fitted to a different brake of the catalogue."""
-    borrowed = find_borrowed_fit(file)
-    if borrowed is not None:
-        name, changes = borrowed
+    fit = find_borrowed_fit(file)
+    if fit is not None:
+        name, changes = fit
         differences = list_changes(changes)
         yield Notice(
             f"the scale factor of {file.name} was fitted to {name}, a different brake "
