@@ -24,6 +24,7 @@ from benchmarks import (
     first_answers,
     force_law,
     impact,
+    intervals,
     pulls,
     readers,
     stack,
@@ -68,6 +69,7 @@ def main() -> None:
     parts: list[tuple[str, Callable[[], list[Row]]]] = [
         ("first answers, processor time of whole processes", first_answers.rows),
         ("command line, whole processes", command_line),
+        ("predictions with their intervals", intervals.rows),
         ("force law, 10 million points", force_law.rows),
         ("reading a 40,000-row export, and one calibration", readers.rows),
         ("calibrating on whole curves", calibration.rows),

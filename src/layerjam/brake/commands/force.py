@@ -206,10 +206,14 @@ def vacuum(
     safe = np.where(is_safe, safe, np.nan)
     if (feasible & ~is_safe).any():
         notices.append(_note_unsafe(feasible & ~is_safe, samples, confidence))
+    at_full = evolve(interval_source, vacuum=brake.brake.site.atmosphere)
+    least_forces, greatest_forces = force_limits(slip, at_full.brakes)
     return VacuumForForce(
         vacuum=None if none else pressure,
         **interval_source.state(
             **({} if none else {"vacuum": find_vacuums(interval_source)}),
+            least_force=least_forces,
+            greatest_force=greatest_forces,
         ),
         safe_vacuum=_convert_to_numbers(safe) if np.ndim(safe) or np.isfinite(safe) else None,
         confidence=confidence,

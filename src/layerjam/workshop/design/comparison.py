@@ -88,7 +88,10 @@ def _brake_rows(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str,
         sheets=brake.sheets.count,
         brakes=brakes,
         calibrated=file.is_calibrated,
-        intervals={"max_force": prediction.interval(forces)},
+        intervals={
+            "max_force": prediction.interval(forces),
+            "force_density": prediction.interval(forces / (brakes * mass(brake))),
+        },
         basis=prediction.basis.word,
         basis_reason=prediction.basis.reason,
     )
