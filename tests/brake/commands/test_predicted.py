@@ -413,3 +413,11 @@ def test_the_figure_of_a_drop_shows_the_interval_of_its_peak_and_what_is_unteste
     assert panes[0].y_range[1] > high.y[0]
     due = "solid" if vacuum < 60e3 else "dashed"
     assert {pane.curves[0].dash for pane in panes} == {due}
+
+
+@pytest.mark.parametrize(("strength", "verb"), [(14.0, "exceeds"), (16.0, "may exceed"), (18, "")])
+def test_show_notes_a_stress_that_exceeds_or_may_exceed_the_strength(strength, verb):
+    """The stress at the clamp of Kapton is 14.85 MPa, and 95 % of brakes lie below 16.83 MPa."""
+    file = layerjam.edit("choi2018-kapton", {"film.strength": f"{strength} MPa"})
+    notices = [w for w in layerjam.show(file.record).warnings if w.key == "clamp-stress"]
+    assert len(notices) == bool(verb) and all(f"clamp {verb} the film" in n for n in notices)

@@ -128,14 +128,10 @@ def show(
         notices.append(
             Notice("even at full vacuum a pull has no peak: the force rises to the end", "no-peak")
         )
-    if strength is not None and forces["clamp_stress"] > strength:
-        notices.append(
-            Notice(
-                "at the maximum force the stress at the clamp exceeds the film's strength",
-                "clamp-stress",
-            )
-        )
     prediction = Prediction(brake, full_vacuum, travel, None, device, interval == "mean")
+    stated = prediction.state(**find_forces(prediction.brakes))
+    greatest_stress = stated["intervals"]["clamp_stress"]["high"] or math.inf
+    notices += _stress_notices(forces["clamp_stress"], greatest_stress, strength)
     notices += prediction.notices()
     return BrakeSummary(
         name=brake.name,
@@ -147,11 +143,21 @@ def show(
         stiffness_mount=mount if math.isfinite(mount) else None,
         usable_travel=travel,
         **forces,
-        **prediction.state(**find_forces(prediction.brakes)),
+        **stated,
         buckling_force=float(limits.buckling_force(0.0, device)),
         film_strength=strength,
         scale_factor=device.scale_factor,
         sources={path: source.sentence() for path, source in brake.sources.items()},
         warnings=notices,
         record=brake,
+    )
+
+
+def _stress_notices(stress: float, greatest: float, strength: float | None) -> Iterator[Notice]:
+    """Yield a notice if the stress at the clamp [Pa] exceeds the film's strength, or may do so."""
+    if strength is None or max(stress, greatest) <= strength:
+        return
+    verb = "exceeds" if stress > strength else "may exceed"
+    yield Notice(
+        f"at the maximum force the stress at the clamp {verb} the film's strength", "clamp-stress"
     )
