@@ -18,6 +18,8 @@ import jax
 import pytest
 from hypothesis import settings
 
+from layerjam.core.store import Appearing
+
 # what one process has compiled no other need; most of a test's time is compiling
 COMPILED = Path(__file__).parents[1] / ".pytest_cache" / "compiled"
 CACHE = {
@@ -49,6 +51,13 @@ def _memory() -> Iterator[None]:
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc's alone
         if trim is not None:
             trim(0)
+
+
+@pytest.fixture(autouse=True)
+def _no_interrupt() -> Iterator[None]:
+    """An interrupt that one test sends is not lost in the next one."""
+    yield
+    Appearing.reset()
 
 
 def resident() -> int:

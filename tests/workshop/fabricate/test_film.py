@@ -165,7 +165,8 @@ TEXT = KAPTON.render("mine")
 
 def own(laser: str, use: str = "kapton-hn") -> BrakeFile:
     """The paper's brake with another film, and a line about lasers."""
-    kept = [row for row in TEXT.splitlines() if not row.startswith("laser =")]
+    stated = ("laser =", 'product = "Kapton')
+    kept = [row for row in TEXT.splitlines() if not row.startswith(stated)]
     at = kept.index("[film]")
     return BrakeFile.read(
         "\n".join([*kept[: at + 1], f'use = "{use}"', laser, *kept[at + 1 :]]), "x"
