@@ -4,6 +4,7 @@ Each `Unknown` is a set of independent deviations of some numbers, as logarithms
 tests in the file do not show have a stated spread, listed in docs/verdicts.md.
 """
 
+import functools
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from types import MappingProxyType
@@ -17,6 +18,7 @@ from layerjam.brake.device.brake_file import BrakeFile, materials
 from layerjam.brake.device.evidence import Evidence, state_fitted
 from layerjam.brake.device.load import catalogue, devices, load
 from layerjam.core.evolve import evolve
+from layerjam.core.toml_files.source import Source
 from layerjam.core.toml_files.toml import parse_toml
 
 Array = npt.NDArray[np.float64]
@@ -92,6 +94,7 @@ def list_unknowns(file: BrakeFile) -> Iterator[Unknown]:
         yield from _film_friction(file)
     factor = file.sources.get("scale_factor")
     fitted = factor is not None and factor.kind in FITTED and not file.outdated_evidence
+    fitted = fitted and find_borrowed_fit(file) is None
     yield _single("scale_factor", MOUNTING_SD if fitted else UNFITTED_SD)
     yield _single("scale_factor", REPEAT_SD["kinetic"], further=True)
     if file.brake.stiffness_measured is not None:
@@ -131,17 +134,27 @@ def find_borrowed_fit(file: BrakeFile) -> tuple[str, dict[str, tuple[Any, Any]]]
     began as a copy of that brake and was edited.
     """
     source = file.sources.get("scale_factor")
-    is_tested = any(entry.command == "calibrate" for entry in file.evidence)
-    if is_tested or source is None or source.kind not in ("paper", "inferred") or not source.text:
+    if source is None or any(entry.command == "calibrate" for entry in file.evidence):
         return None
-    changes = []
-    for device in map(load, catalogue()):
-        if source == device.sources.get("scale_factor"):
-            rows = state_fitted("calibrate", device.known_values).items()
-            ends = {path: (value, file.known_values.get(path)) for path, value in rows}
-            changes.append((device.name, {p: pair for p, pair in ends.items() if _differ(*pair)}))
+    values, changes = file.known_values, []
+    for name, own_source, fitted in _list_fitted_brakes():
+        if source == own_source:
+            ends = {path: (value, values.get(path)) for path, value in fitted.items()}
+            changes.append((name, {p: pair for p, pair in ends.items() if _differ(*pair)}))
     nearest = min(changes, key=lambda change: len(change[1]), default=None)
     return nearest if nearest is not None and nearest[1] else None
+
+
+@functools.cache
+def _list_fitted_brakes() -> tuple[tuple[str, Source, Mapping[str, Any]], ...]:
+    """Return name, source of the scale factor, and values for which it holds, of the catalogue."""
+    files = map(load, catalogue())
+    rows = ((f.name, f.sources.get("scale_factor"), f.known_values) for f in files)
+    return tuple(
+        (name, source, state_fitted("calibrate", values))
+        for name, source, values in rows
+        if source is not None and source.kind in FITTED
+    )
 
 
 def _differ(old: Any, new: Any) -> bool:

@@ -271,8 +271,7 @@ def _borrowed_notices(file: BrakeFile) -> Iterator[Notice]:
         differences = list_changes(changes)
         yield Notice(
             f"the scale factor of {file.name} was fitted to {name}, a different brake "
-            f"({differences}): these intervals assume that it holds here too; test your brake "
-            "and calibrate it",
+            f"({differences}), and counts as not fitted; test your brake and calibrate it",
             "borrowed-fit",
         )
 
