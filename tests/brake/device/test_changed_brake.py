@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -96,3 +97,15 @@ def test_a_film_by_name_beside_the_values_of_another_is_rejected(tmp_path: Path)
     with pytest.raises(FileError, match=r'film.use: "polyester" .* those of Kapton HN'):
         BrakeFile.read(text.replace("[film]", '[film]\nuse = "polyester"'), "mine.toml")
     assert BrakeFile.read(text.replace("[film]", '[film]\nuse = "kapton-hn"'), "mine.toml")
+
+
+def test_an_edited_copy_is_as_uncertain_as_a_brake_that_nobody_fitted() -> None:
+    """The bounds of docs/verdicts.md: 0.5 to 2 for the factor, 3 % between pulls, friction's SD."""
+    edited = layerjam.edit("choi2018-kapton", {"sheets.width": "20 mm"}).record
+    widths = []
+    for brake in ("choi2018-kapton", edited):
+        low, high = layerjam.force(brake, slip=0.02, vacuum=101325.0).interval("sheet_friction")
+        widths.append(math.log(high / low))
+    others = 0.03**2 + 0.0277**2
+    assert widths[0] == pytest.approx(2 * 1.96 * math.sqrt(0.05**2 + others), rel=0.05)
+    assert widths[1] == pytest.approx(2 * math.sqrt(math.log(2) ** 2 + 1.96**2 * others), rel=0.05)
