@@ -326,6 +326,6 @@ def test_copying_where_the_browser_has_no_clipboard(chromium, workbench, forbids
     assert ("does not allow this page to copy" in said.inner_text()) == forbids
     page.keyboard.press("Escape")
     page.click(at("copy-a-link-to-all-settings"))
-    words = "does not allow this page to copy" if forbids else "was copied"
+    words = "does not allow this page to copy" if forbids else "Link copied"
     page.locator(".q-notification", has_text=words).wait_for(timeout=LONG)
     page.close()
