@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from layerjam.bench.rig.stop import Stop
 from layerjam.brake.device.load import load
 from layerjam.cli.demo import _Steps, demo
 from layerjam.core.errors import FileError, LayerjamError
@@ -36,8 +37,9 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
 
 
 def test_a_step_prints_one_line_and_logs_the_rest(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(Stop, "signalled", True)  # an earlier run of this process was stopped
     steps = _Steps(tmp_path / "demo.log")
     steps.run_step("show: the brake", "show", "choi2018-kapton")
     shown, err = capfd.readouterr()

@@ -109,6 +109,7 @@ class _Steps:
         line = format_command_line(("layerjam", *words))
         with self.log_step(content):
             print(f"\n$ {line}", flush=True)
+            Stop.signalled = False
             code = layerjam(words)
             if code == STOPPED or (code and Stop.signalled):
                 raise KeyboardInterrupt

@@ -57,6 +57,8 @@ SPEED_SD = 0.03
 """SD of the change of ln(friction) per decade of speed, if the brake has no speed law."""
 UPPER = 0.975
 """Level of the upper end of a 95 % interval."""
+OF_SHEETS = ("sheets.", "film.product")
+"""Values with which a scale factor may change; friction and stiffness may be measured anew."""
 FITTED = ("paper", "inferred", "calibrated", "measured", "synthetic")
 """Kinds of sources of a number that somebody determined on this kind of brake."""
 
@@ -139,7 +141,7 @@ def find_borrowed_fit(file: BrakeFile) -> tuple[str, dict[str, tuple[Any, Any]]]
     values, changes = file.known_values, []
     for name, own_source, fitted in _list_fitted_brakes():
         if source == own_source:
-            ends = {path: (value, values.get(path)) for path, value in fitted.items()}
+            ends = {p: (v, values.get(p)) for p, v in fitted.items() if p.startswith(OF_SHEETS)}
             changes.append((name, {p: pair for p, pair in ends.items() if _differ(*pair)}))
     nearest = min(changes, key=lambda change: len(change[1]), default=None)
     return nearest if nearest is not None and nearest[1] else None
