@@ -139,9 +139,9 @@ def find_borrowed_fit(file: BrakeFile) -> tuple[str, dict[str, tuple[Any, Any]]]
     if source is None or any(entry.command == "calibrate" for entry in file.evidence):
         return None
     values, changes = file.known_values, []
-    for name, own_source, fitted in _list_fitted_brakes():
+    for name, own_source, old_values in _list_fitted_brakes():
         if source == own_source:
-            ends = {p: (v, values.get(p)) for p, v in fitted.items() if p.startswith(OF_SHEETS)}
+            ends = {p: (v, values.get(p)) for p, v in old_values.items() if p.startswith(OF_SHEETS)}
             changes.append((name, {p: pair for p, pair in ends.items() if _differ(*pair)}))
     nearest = min(changes, key=lambda change: len(change[1]), default=None)
     return nearest if nearest is not None and nearest[1] else None
