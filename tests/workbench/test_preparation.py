@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -94,12 +93,11 @@ SHOWN = """() => {
 
 @pytest.mark.slow
 @pytest.mark.timing
-def test_in_a_fresh_home_the_frame_appears_within_a_second(chromium, tmp_path) -> None:
+def test_in_a_fresh_home_the_frame_appears_before_the_first_result(chromium, tmp_path) -> None:
+    """`benchmarks/workbench.py` measures the time until then."""
     with running(home=tmp_path) as (place, _):
         page = chromium.new_page()
-        began = time.monotonic()
         page.goto(place, wait_until="commit")
-        page.wait_for_function(SHOWN)
-        assert time.monotonic() - began < 1.0
+        page.wait_for_function(SHOWN, timeout=90_000)
         page.get_by_text("resists a pull of up to").wait_for(timeout=90_000)
         page.close()
