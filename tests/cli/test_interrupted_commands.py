@@ -25,6 +25,8 @@ COMMANDS = {
     "calibrate": ["calibrate", "choi2018-kapton", "PULLS", "--out", "made.toml"],
     "build": ["build", "choi2018-kapton", "--out"],
     "lab": ["lab", "practice", "--out"],
+    "design": ["design", "wrist", "--out", "made.toml"],
+    "reproduce": ["reproduce", "--out"],
 }
 """{command: words}; the last word is the file or folder to write, "made" if it is not given."""
 
