@@ -79,7 +79,7 @@ def test_every_notice_is_printed_and_listed_once(changed: Path) -> None:
     assert str(result).count("was calibrated on") == 1
 
 
-@pytest.mark.parametrize("name", ["force", "tune", "show"])
+@pytest.mark.parametrize("name", ["force", "tune", "show", "compare"])
 def test_an_edited_copy_names_the_brake_to_which_its_factor_was_fitted(
     name: str, tmp_path: Path
 ) -> None:

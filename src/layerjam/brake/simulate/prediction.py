@@ -251,7 +251,7 @@ class Prediction:
 
     def notices(self) -> list[Notice]:
         """Return notices if the brake is not the one to which its numbers were fitted."""
-        return [*self.file.change_notices(), *_borrowed_notices(self.file)]
+        return [*self.file.change_notices(), *list_borrowed_notices(self.file)]
 
     def state(self, **values: Any) -> dict[str, Any]:
         """Return the fields of a `PredictionResult`, from samples of its numbers by name."""
@@ -263,7 +263,7 @@ class Prediction:
         }
 
 
-def _borrowed_notices(file: BrakeFile) -> Iterator[Notice]:
+def list_borrowed_notices(file: BrakeFile) -> Iterator[Notice]:
     """Yield a notice if the scale factor was fitted to a different brake of the catalogue."""
     fit = find_borrowed_fit(file)
     if fit is not None:

@@ -150,6 +150,7 @@ def compare(
     compares the effect of one more sheet with the paper's statement. `none_found` maps a class
     without a sourced device to the sources searched.
     """
+    from layerjam.brake.simulate.prediction import list_borrowed_notices
     from layerjam.workshop.design.comparison import compare_devices, describe_overlaps
     from layerjam.workshop.design.uneven import calibration_notices, describe_calibration
 
@@ -168,7 +169,7 @@ def compare(
         warnings=[
             *calibration_notices(files),
             *([Notice(overlaps, "intervals-overlap")] if overlaps else []),
-            *(w for file in files for w in file.warnings()),
+            *(w for file in files for w in (*file.warnings(), *list_borrowed_notices(file))),
             *NOTES,
         ],
         record=(rows, lines, others),
