@@ -26,9 +26,12 @@ NUMBERS += ("dissipated_energy",)
 Z = 1.959963984540054
 
 
-def proven(sd, names=("scale_factor",), of="mean", speed=(1e-3, 10.0)):
+def proven(sd, names=("scale_factor",), of="mean", speed=(1e-3, 10.0), changes=None):
     """Return Kapton with tests that leave a relative SD of some numbers, and nothing else."""
     file = layerjam.load("choi2018-kapton")
+    file = evolve(file, brake=file.brake.with_(**(changes or {})))
+    laws = ("mount.spacers", "speed_law.")
+    stated = {path: v for path, v in file.known_values.items() if path.startswith(laws)}
     covariance = tuple(tuple(row) for row in (np.eye(len(names)) * sd**2).tolist())
     entry = Evidence(
         command="calibrate",
@@ -37,7 +40,7 @@ def proven(sd, names=("scale_factor",), of="mean", speed=(1e-3, 10.0)):
         names=names,
         exponent_sd=1e-9,
         ranges={"vacuum": (1e3, 101e3), "slip": (0.0, 0.06), "speed": speed},
-        fitted={},
+        fitted=stated,
         parts=(Part(of, covariance),),
     )
     return evolve(file, evidence=(entry,))
@@ -67,6 +70,41 @@ def test_a_scale_factor_alone_gives_the_peak_of_its_own_quantiles():
         spring = float(rope_spring(DROP["rope_stiffness"], brake))
         slip = float(stop(1.0, 2.0, 40e3, spring, brake.site.gravity, brake).slip)
         assert ends(drop, "slip")[1 - place] == pytest.approx(slip, rel=5e-3)
+
+
+STOPS_WITHOUT_A_LAW = {
+    "without spacers": {"spacers": False},
+    "with a speed law": {
+        "speed_law_power": 0.08,
+        "speed_law_test_speed": 0.013,
+        "speed_law_rest_speed": 1e-4,
+    },
+    "with a leak": {},
+    "with a damped rope": {},
+    "that use up the travel": {"spacers": False},
+}
+CASES = {
+    "with a leak": {"leak_time": 0.1, "vacuum": 60e3},
+    "with a damped rope": {"rope_damping": 100.0},
+    "that use up the travel": {"vacuum": 10e3},
+}
+
+
+@pytest.mark.usefixtures("without_speed_scatter")
+@pytest.mark.parametrize("stops", STOPS_WITHOUT_A_LAW)
+def test_ends_of_stops_without_a_law_are_the_stops_of_these_brakes(stops):
+    """All numbers change in one direction with the scale factor, so its quantiles give the ends."""
+    sd, case = 0.1, {"vacuum": 60e3, **DROP, **CASES.get(stops, {})}
+    file = proven(sd, changes=STOPS_WITHOUT_A_LAW[stops])
+    result, runs = layerjam.drop(file, **case), []
+    for sign in (-1, 1):
+        factor = file.brake.scale_factor * math.exp(sign * Z * sd)
+        brake = evolve(file.brake, scale_factor=factor)
+        runs.append(layerjam.drop(evolve(file, brake=brake), **case))
+    for name in (*NUMBERS, "end_speed"):
+        exact = sorted(getattr(run, name) for run in runs)
+        tolerance = 0.12 * (exact[1] - exact[0]) + 1e-9
+        assert ends(result, name) == pytest.approx(exact, abs=tolerance, rel=0), name
 
 
 @pytest.mark.usefixtures("without_speed_scatter")

@@ -252,7 +252,7 @@ def _stop_with_brake(
         progress=report_progress,
     )
     g = brake.brake.site.gravity
-    spread = spread_stop(brake, end, record, vacuum, interval == "mean")
+    spread = spread_stop(brake, end, record, interval == "mean")
     ways = (record.mass, record.gravity, g)
     numbers: dict[str, Any] = {
         **spread.state(lambda force: _peak_results(force, *ways)),

@@ -1,7 +1,8 @@
 """Scatter of a pull: its numbers for samples of the brake's uncertain numbers.
 
-For one lumped pull from rest at constant vacuum, laws solve all samples at once. Other procedures,
-and pulls sheet by sheet, are repeated for a few brakes, and interpolated for the samples.
+For one pull from rest at constant vacuum, laws solve all samples at once; sheet by sheet, they are
+scaled to the numbers of that pull. Other procedures are repeated for a few brakes, and interpolated
+for the samples.
 """
 
 import functools
@@ -15,12 +16,12 @@ import numpy.typing as npt
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
-from layerjam.brake.mechanics.effects import has_single_modulus
+from layerjam.brake.mechanics.effects import depends_on_slip, has_single_modulus
 from layerjam.brake.mechanics.energy import slip_heat, slip_work
 from layerjam.brake.mechanics.pull import brake_force, force_at_elongation, peak, slip_at_elongation
 from layerjam.brake.mechanics.speed_effects import fix_speed
 from layerjam.brake.mechanics.stiffness import working_stiffness
-from layerjam.brake.simulate.prediction import Prediction
+from layerjam.brake.simulate.prediction import SAMPLES, Prediction
 from layerjam.brake.simulate.procedure import Evacuate, Procedure, Pull, Return, parse_procedure
 from layerjam.brake.simulate.record import Outcome, TensileRecord
 from layerjam.brake.simulate.repeated_runs import interpolate_samples
@@ -30,6 +31,8 @@ from layerjam.core.evolve import evolve
 Array = npt.NDArray[np.float64]
 BAND_POINTS, BAND_SAMPLES = 24, 400
 """Number of elongations in each of three parts of a band, and of samples of the brake."""
+FEWER_SAMPLES = 250
+"""Number of samples of a pull whose friction is a quadrature, as for fanned sheets."""
 
 
 class PullBand(NamedTuple):
@@ -74,14 +77,11 @@ def spread_pull(
     pace, vacuum = max(speeds, default=0.0), procedure.highest_vacuum()
     device = fix_speed(pace, file.brake)
     slip = float(record.slip.max(initial=0.0))
-    prediction = Prediction(file, vacuum, slip, pace, device=device, of_mean=of_mean)
+    count = FEWER_SAMPLES if depends_on_slip(device) else SAMPLES
+    conditions = (vacuum, slip, pace, device)
+    prediction = Prediction(file, *conditions, of_mean=of_mean, samples=count)
     if record.outcome is Outcome.SNAPS:
         return prediction, {}
-    is_lumped = pull is None and leak_time is None
-    single = _find_single_pull(procedure) if is_lumped else None
-    if single is not None and has_single_modulus(device):
-        return prediction, _solve_samples(prediction, single.until, vacuum)
-
     repeat = pull or functools.partial(tensile, procedure=procedure, leak_time=leak_time)
 
     def run(brake: Brake) -> dict[str, float]:
@@ -90,7 +90,20 @@ def spread_pull(
         snaps = repetition.outcome is Outcome.SNAPS
         return dict.fromkeys(numbers, np.inf) if snaps else numbers
 
-    samples = interpolate_samples(evolve(prediction, device=None), run, has_static)
+    single = None if leak_time is not None else _find_single_pull(procedure)
+    as_tested, samples = evolve(prediction, device=None), None
+    if single is not None and has_single_modulus(device):
+        samples = _solve_samples(prediction.brakes, single.until, vacuum)
+        if pull is None:
+            return prediction, samples
+        usual, true = _solve_samples(device, single.until, vacuum), pull_numbers(record)
+        samples = {
+            key: values * (true[key] / float(usual[key]) if usual[key] else 1.0)
+            for key, values in samples.items()
+        }
+        if not has_static:
+            return prediction, samples
+    samples = interpolate_samples(as_tested, run, has_static, samples)
     return prediction, {name: np.maximum(values, 0.0) for name, values in samples.items()}
 
 
@@ -135,9 +148,8 @@ def _find_single_pull(procedure: Procedure) -> Pull | None:
     return None
 
 
-def _solve_samples(prediction: Prediction, elongation: float, vacuum: float) -> dict[str, Array]:
-    """Return the numbers of all samples, pulled to an elongation [m] at a vacuum [Pa]."""
-    brakes = prediction.brakes
+def _solve_samples(brakes: Brake, elongation: float, vacuum: float) -> dict[str, Array]:
+    """Return the numbers of brakes, pulled to an elongation [m] at a vacuum [Pa]."""
     stiffness = working_stiffness(brakes)
     slip: Any = slip_at_elongation(elongation, vacuum, brakes)
     slip = np.minimum(slip, brakes.sheets.overlap)

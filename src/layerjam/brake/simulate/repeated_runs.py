@@ -11,20 +11,22 @@ from layerjam.brake.mechanics.arrays import map_leaves
 from layerjam.brake.simulate.prediction import Deviations, Prediction, change_numbers
 
 Array = npt.NDArray[np.float64]
-FRICTION_LEVELS = (0.005, 0.025, 0.5, 0.975, 0.995)
-"""Quantiles of the friction at which a run is repeated."""
 LEVELS = (0.025, 0.5, 0.975)
-"""Quantiles of stiffness, enclosure force and static friction at which it is repeated."""
+"""Quantiles of an uncertain number at which a run is repeated."""
 
 
 def interpolate_samples(
-    prediction: Prediction, run: Callable[[Brake], Mapping[str, float]], has_static: bool = False
+    prediction: Prediction,
+    run: Callable[[Brake], Mapping[str, float]],
+    has_static: bool = False,
+    solved: Mapping[str, Array] | None = None,
 ) -> dict[str, Array]:
     """Return the numbers of all samples from runs with a few values of each uncertain number.
 
     `run` returns the numbers {key: value in SI} of a brake, infinite if the run has none. Friction,
     stiffness and enclosure force each change while the others have their median, and the changes
-    add up. With `has_static`, the ratio of static to kinetic friction changes too.
+    add up. With `has_static`, the ratio of static to kinetic friction changes too. `solved` are the
+    numbers of all samples by a law of kinetic friction; then only that ratio changes.
     """
     base, moves = prediction.device or prediction.file.brake, prediction.deviations
     logs = {
@@ -33,6 +35,7 @@ def interpolate_samples(
         "enclosure_force": moves.enclosure_force,
         "static": (moves.static - moves.kinetic) * has_static,
     }
+    varied = logs if solved is None else {"static": logs["static"]}
     middle = {name: float(np.median(values)) for name, values in logs.items()}
 
     def find_numbers(changes: Mapping[str, float]) -> Mapping[str, float]:
@@ -40,10 +43,12 @@ def interpolate_samples(
         return run(map_leaves(_to_float, sample_brake))
 
     usual = find_numbers(middle)
-    totals = {key: np.full(prediction.samples, value) for key, value in usual.items()}
-    for name, values in logs.items():
-        levels = FRICTION_LEVELS if name == "scale_factor" else LEVELS
-        nodes = np.unique(prediction.quantiles(values, levels))
+    totals = {
+        key: np.full(prediction.samples, value) if solved is None else solved[key].copy()
+        for key, value in usual.items()
+    }
+    for name, values in varied.items():
+        nodes = np.unique(prediction.quantiles(values, LEVELS))
         if np.ptp(nodes) == 0:
             continue
         runs = [

@@ -1,9 +1,11 @@
 """Scatter of a stop: its numbers for samples of the brake's uncertain numbers.
 
-At constant vacuum the exact law solves all samples at once. A stop that is integrated is repeated
-for a few brakes, and interpolated for the samples.
+The exact law of friction that is linear in slip solves all samples at once. Any other stop, such as
+one at a changing vacuum, is replaced by an equivalent one: constant vacuum, linear friction, and a
+factor of friction with which the brake slips as far as in that stop.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -13,24 +15,22 @@ import numpy.typing as npt
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.mechanics.arrays import map_leaves
-from layerjam.brake.mechanics.effects import depends_on_slip, has_single_modulus
-from layerjam.brake.mechanics.speed_effects import depends_on_speed
+from layerjam.brake.mechanics.effects import remove_slip_effects, use_single_modulus
+from layerjam.brake.mechanics.speed_effects import fix_speed
 from layerjam.brake.mechanics.stop.exact import NOT_A_CASE, SNAPS, stop, time_at_slip
 from layerjam.brake.mechanics.stop.motion import rope_spring
-from layerjam.brake.simulate.drop import TimedStop, solve_stop_with_speed
-from layerjam.brake.simulate.drop_in_time import repeat_stop
-from layerjam.brake.simulate.prediction import SAMPLES, Prediction
+from layerjam.brake.simulate.drop import TimedStop
+from layerjam.brake.simulate.prediction import Prediction
 from layerjam.brake.simulate.record import DropRecord, Outcome
-from layerjam.brake.simulate.repeated_runs import interpolate_samples
-from layerjam.brake.simulate.vacuum_history import History
 from layerjam.core.errors import Notice
+from layerjam.core.evolve import evolve
 from layerjam.core.units import show
 
 Array = npt.NDArray[np.float64]
-LONGER, LATEST = 8, 4
-"""Ratio of the steps and of the longest time of such a run to those of the stop itself."""
-FEWER_SAMPLES = 250
-"""Number of samples of a stop whose work is a quadrature, as for fanned sheets or rubber."""
+FACTORS = 0.02, 50.0
+"""Range of the factor of friction of an equivalent stop."""
+FEW_TIMES = 250
+"""Number of stopping times up to which each is exact."""
 TIME_STRIDE, TIME_TAIL = 8, 60
 """Stride of the samples whose stopping time is exact, and number of exact ones at each end."""
 LEAST_SHARE = 0.995
@@ -90,38 +90,73 @@ class StopSpread(NamedTuple):
         return notices
 
 
-def spread_stop(
-    file: BrakeFile, end: TimedStop, record: DropRecord, vacuum: float | History, of_mean: bool
-) -> StopSpread:
-    """Return the scatter of a stop at a vacuum [Pa] with this end and record.
+def spread_stop(file: BrakeFile, end: TimedStop, record: DropRecord, of_mean: bool) -> StopSpread:
+    """Return the scatter of a stop with this end and record.
 
     The samples have slip, peak force, end speed, dissipated energy and stopping time. They are
     unknown if the stop snaps or is not over at the end of the record.
     """
     changes = bool(np.ptp(record.vacuum_in_time))
-    mean = _weigh_vacuum(record) if changes else record.vacuum
-    is_slow = depends_on_slip(file.brake) or not has_single_modulus(file.brake)
-    count = FEWER_SAMPLES if is_slow else SAMPLES
-    prediction = Prediction(file, mean, end.slip, record.speed, of_mean=of_mean, samples=count)
+    vacuum = _weigh_vacuum(record) if changes else record.vacuum
+    linear = use_single_modulus(remove_slip_effects(fix_speed(record.speed / 2, file.brake)))
+    prediction = Prediction(file, vacuum, end.slip, record.speed, device=linear, of_mean=of_mean)
     if end.outcome not in ENDED:
         return StopSpread(prediction, {})
-    if not (changes or record.rope_damping or depends_on_speed(file.brake)):
-        return StopSpread(prediction, _solve_samples(prediction, record))
+    if changes or record.rope_damping or linear != file.brake:
+        device = _match_slip(linear, end, record, vacuum)
+        usual = _solve_stops(device, record, vacuum)
+        samples = _solve_stops(evolve(prediction, device=device).brakes, record, vacuum)
+        return StopSpread(prediction, _correct_samples(samples, usual, end, record))
+    return StopSpread(prediction, _solve_stops(prediction.brakes, record, vacuum))
 
-    def run(brake: Brake) -> dict[str, float]:
-        if record.step is None:
-            repetition = solve_stop_with_speed(brake, record)
-        else:
-            steps = (LONGER * record.step, LATEST * end.time)
-            repetition = repeat_stop(brake, record, vacuum, *steps)
-        ends = repetition.outcome in ENDED
-        return {key: getattr(repetition, name) if ends else np.inf for key, name in KEYS.items()}
 
-    samples = interpolate_samples(prediction, run)
-    samples = {key: np.maximum(values, 0.0) for key, values in samples.items()}
-    slip, travel = samples["slip"], file.brake.sheets.usable_travel
-    samples["slip"] = np.where(np.isfinite(slip), np.minimum(slip, travel), np.inf)
-    return StopSpread(prediction, samples)
+def _match_slip(brake: Brake, end: TimedStop, record: DropRecord, vacuum: float) -> Brake:
+    """Return the brake with a factor of friction that gives the slip and end speed of a stop."""
+    from scipy.optimize import brentq
+
+    def scale(level: float) -> Brake:
+        return evolve(brake, scale_factor=brake.scale_factor * math.exp(level))
+
+    def exceed(level: float) -> float:
+        found = stop(*_make_case(scale(level), record, vacuum))
+        # with less friction, first the slip rises to the usable travel, then the end speed
+        excess = float(found.slip - end.slip + found.end_speed - end.end_speed)
+        return -1.0 if math.isnan(excess) else excess  # so much friction that the brake snaps
+
+    low, high = map(math.log, FACTORS)
+    if exceed(0.0) == 0 or not exceed(low) > 0 > exceed(high):
+        return brake
+    return scale(brentq(exceed, low, high, xtol=1e-6))
+
+
+def _correct_samples(
+    samples: dict[str, Array], usual: Mapping[str, Array], end: TimedStop, record: DropRecord
+) -> dict[str, Array]:
+    """Return samples of equivalent stops, scaled from the usual one of them to the true end.
+
+    The energy that is not dissipated is scaled instead of the heat, so that energy is balanced.
+    """
+
+    def release(slip: Any, end_speed: Any) -> Any:
+        pace = record.speed**2 - end_speed**2
+        return record.mass * (pace / 2 + record.gravity * slip)
+
+    def find_stored(numbers: Mapping[str, Array]) -> Any:
+        return release(numbers["slip"], numbers["end_speed"]) - numbers["dissipated_energy"]
+
+    stored = _divide(release(end.slip, end.end_speed) - end.heat, find_stored(usual))
+    heat = release(samples["slip"], samples["end_speed"]) - stored * find_stored(samples)
+    scaled = {
+        key: samples[key] * _divide(getattr(end, KEYS[key]), usual[key])
+        for key in ("peak_force", "stopping_time")
+    }
+    return {**samples, **scaled, "dissipated_energy": np.maximum(heat, 0.0)}
+
+
+def _divide(value: float, usual: Any) -> float:
+    """Return a ratio to a value of shape (1,); 1 if it is undefined."""
+    ratio = value / usual.item() if usual.item() else math.nan
+    return ratio if math.isfinite(ratio) else 1.0
 
 
 def _weigh_vacuum(record: DropRecord) -> float:
@@ -132,14 +167,17 @@ def _weigh_vacuum(record: DropRecord) -> float:
     return max(mean, 0.0)
 
 
-def _solve_samples(prediction: Prediction, record: DropRecord) -> dict[str, Array]:
-    """Return the numbers of the exact stops of all samples."""
-    brakes, unit = prediction.brakes, np.ones(prediction.samples)
+def _make_case(brakes: Brake, record: DropRecord, vacuum: float) -> tuple[Any, ...]:
+    """Return the arguments of `stop` for brakes with numbers of shape (N,) or ()."""
     spring = rope_spring(record.rope_stiffness, brakes)
-    case = (
-        *(value * unit for value in (record.mass, record.speed, record.vacuum)),
-        *(spring * unit, record.gravity * unit, brakes),
-    )
+    return record.mass, record.speed, vacuum, spring, record.gravity, brakes
+
+
+def _solve_stops(brakes: Brake, record: DropRecord, vacuum: float) -> dict[str, Array]:
+    """Return the numbers of the exact stops of brakes, shape (N,)."""
+    *numbers, spring, gravity, brakes = _make_case(brakes, record, vacuum)
+    unit = np.ones(np.shape(brakes.scale_factor) or 1)
+    case = (*(value * unit for value in (*numbers, spring, gravity)), brakes)
     end = stop(*case)
     has_snapped = (end.outcome == SNAPS) | (end.outcome == NOT_A_CASE)
     values = {**end._asdict(), "time": _find_times(end, case)}
@@ -160,7 +198,7 @@ def _find_times(end: Any, case: tuple[Any, ...]) -> Array:
 
         return np.asarray(time_at_slip(end.slip[places], *(map_leaves(take, c) for c in case)))
 
-    if count <= FEWER_SAMPLES:
+    if count <= FEW_TIMES:
         return solve(np.arange(count, dtype=np.int64))
     order, times = np.lexsort((end.end_speed, end.slip)), np.empty(count)
     places = order[::TIME_STRIDE]
