@@ -18,7 +18,7 @@ import pytest
 from core.drawing.legible import faults
 from laboratory.campaigns import bench as virtual
 from layerjam.bench.control.closed_loop import simulate_run
-from layerjam.bench.control.follow import bode_response, follow, rehabilitation
+from layerjam.bench.control.follow import bode_response, follow, rehabilitation, spread_force
 from layerjam.bench.control.plan import plan_stop
 from layerjam.bench.figures import control_figures, line_pictures
 from layerjam.brake.commands.bend import bend
@@ -31,6 +31,7 @@ from layerjam.brake.figures import device_drawing, force_figures, impact_figures
 from layerjam.brake.fluid.line_file import load_line
 from layerjam.brake.mechanics.pull import brake_force
 from layerjam.brake.simulate.drop import drop
+from layerjam.brake.simulate.prediction import Prediction
 from layerjam.brake.simulate.procedure import simple_pull
 from layerjam.brake.simulate.tensile import tensile
 from layerjam.core.drawing import chart
@@ -198,7 +199,8 @@ def followed(name: str) -> Any:
     wanted = rehabilitation(time, low=0.3 * top, high=top, period=6.0)
     run = follow(regulator, brake, wanted, 0.01 + 0 * time)
     sine = {"slip": 0.01, "mean": 0.5 * top, "amplitude": 0.1 * top}
-    return run, bode_response(regulator, brake, frequencies=[0.3, 1.0], **sine)
+    response = bode_response(regulator, brake, frequencies=[0.3, 1.0], **sine)
+    return run, response, spread_force(run, brake, 0 * time, Prediction(load(name)))
 
 
 def planned(name: str) -> Any:

@@ -7,11 +7,13 @@ import json
 import numpy as np
 import pytest
 
+from brake.commands.test_predicted import proven
 from layerjam.brake.commands.tensile import tensile
 from layerjam.brake.device.brake import mass
 from layerjam.brake.device.load import load
 from layerjam.cli.main import main
 from layerjam.core.errors import QuantityError
+from layerjam.core.evolve import evolve
 from layerjam.workshop.commands.array import array
 
 NAME = "choi2018-kapton"
@@ -38,6 +40,16 @@ def test_side_by_side_adds_force_and_in_series_travel(parallel, series):
     # every chain's brakes slide one after the other: as many peaks as brakes in series
     runs = [i for _, i, what in many.record.order if what == "runs"]
     assert len(set(runs)) == parallel * series
+
+
+def test_the_peak_elongation_ranges_over_that_of_weaker_and_stronger_brakes():
+    sd, file = 0.1, proven(0.1)
+    many = array(file, series=3, vacuum=80e3)
+    for sign, end in zip((-1, 1), many.interval("peak_elongation"), strict=True):
+        factor = file.brake.scale_factor * np.exp(sign * 1.96 * sd)
+        brake = evolve(file.brake, scale_factor=float(factor))
+        other = array(evolve(file, brake=brake), series=3, vacuum=80e3)
+        assert end == pytest.approx(other.peak_elongation, rel=5e-3)
 
 
 def test_a_pull_that_ends_before_the_travel():

@@ -84,3 +84,13 @@ def test_without_any_spread_a_constraint_is_met_or_not(monkeypatch, limit, due):
     found = chances_of(asked)
     assert found.chances[f"holding_force >= {limit}"].probability == due
     assert found.reaches(0.999) == (due == 1.0)
+
+
+def test_design_judges_the_next_brake_whichever_interval_it_prints(tmp_path):
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL, encoding="utf-8")
+    following, mean = (lj.design(path, interval=of) for of in ("next", "mean"))
+    (low, high), (inner, outer) = (r.interval("holding_force") for r in (following, mean))
+    assert low < inner < outer < high
+    assert (mean.chosen, mean.robustness) == (following.chosen, following.robustness)
+    assert mean.intervals["holding_force"]["of"] == "mean"

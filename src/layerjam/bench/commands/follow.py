@@ -21,7 +21,7 @@ from layerjam.laboratory.measure.log import TIME, read_log
 from layerjam.laboratory.measure.readers.header import Want
 
 if TYPE_CHECKING:
-    from layerjam.bench.control.follow import Bode, Following
+    from layerjam.bench.control.follow import Bode, Following, ForceSpread
 
 PROFILES = ("step", "sine", "rehabilitation")
 PERIOD = replace(DURATION, text="period of the profile", example="10s")
@@ -62,9 +62,9 @@ class Swing:
 
 @result
 class FollowedForce(PredictionResult):
-    """Accuracy of the followed force; `record` is (Following, Bode)."""
+    """Accuracy of the followed force; `record` is (Following, Bode, ForceSpread)."""
 
-    record: "tuple[Following, Bode | None]"
+    record: "tuple[Following, Bode | None, ForceSpread]"
     rms_error: float = number("N", "root mean square error of the force")
     greatest_error: float = number("N", "maximum error of the force")
     possible: float = fact(
@@ -124,7 +124,7 @@ def follow(
     file. The next brake differs from it, so the intervals of the errors may lie above their values.
     """
     from layerjam.bench.control.follow import follow as run
-    from layerjam.bench.control.follow import spread_errors
+    from layerjam.bench.control.follow import spread_force
     from layerjam.brake.simulate.prediction import Prediction
     from layerjam.brake.simulate.speed import list_pull_notices
 
@@ -143,9 +143,10 @@ def follow(
     frequencies = _find_response(regulator, device, true, target, slip, seed)
     greatest, is_mean = float(record.loop.vacuum.max()), interval == "mean"
     prediction = Prediction(brake, greatest, slip.max(), paces.max(), of_mean=is_mean)
+    spread = spread_force(record, true, paces, prediction)
     return FollowedForce.create(
         *(record.loop, frequencies, regulator),
-        **prediction.state(**spread_errors(record, true, paces, prediction)),
+        **prediction.state(**spread.errors),
         rms_error=record.rms,
         greatest_error=float(np.abs(record.error).max()),
         possible=float(record.possible.mean()),
@@ -159,7 +160,7 @@ def follow(
             *list_pull_notices(brake, float(paces.max())),
             *prediction.notices(),
         ],
-        record=(record, frequencies),
+        record=(record, frequencies, spread),
     )
 
 

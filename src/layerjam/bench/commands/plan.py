@@ -14,6 +14,7 @@ from layerjam.brake.commands.arguments import (
     BrakeInput,
     Confidence,
     Horizontal,
+    Interval,
     LeakTime,
     Mass,
     RopeStiffness,
@@ -188,7 +189,6 @@ StoredVacuum = Annotated[
 ]
 SampleCount = Annotated[int, SAMPLES, Help("Minimum number of masses, speeds and brakes to try.")]
 SPREAD = ("expected_g", "g_95", "beyond", "out")
-TUNED = ("slip", "peak_force", "peak_g")
 
 
 @command("vacuum")
@@ -212,6 +212,7 @@ def plan(
     samples: SampleCount = 40_000,
     seed: Annotated[Seed, Help("Random seed for them.")] = 1,
     confidence: Confidence = 0.95,
+    interval: Interval = "next",
     accept: Accept = None,
     atmosphere: Atmosphere = None,
 ) -> CollisionPlan:
@@ -223,6 +224,11 @@ def plan(
     presses the sheets. `leak_time` is a laminar leak of the chamber, also during the stop.
     """
     from layerjam.bench.control.plan import Arrival, checks_of_plan, plan_stop
+    from layerjam.bench.control.plan_spread import (
+        find_safe_vacuum,
+        predict_intervals,
+        predict_spreads,
+    )
 
     water = fluid == "water"
     brake, line = apply_share(brake, vacuum_share), _add_leak(line, leak_time, water)
@@ -242,15 +248,23 @@ def plan(
     plan = plan_stop(
         brake, line.line, case, stored=reservoir, water=water, leaks=leak_time is not None
     )
-    full_spread, later_spread = _predict_spreads(plan, samples, seed)
-    prediction_fields = _predict_intervals(plan, full_spread, later_spread, confidence, seed)
+    full_spread, later_spread = predict_spreads(plan, samples, seed)
+    safe_vacuum = find_safe_vacuum(plan, confidence, seed)
+    if interval == "mean":
+        mean_spreads = predict_spreads(plan, samples, seed, of_mean=True)
+        least = find_safe_vacuum(plan, confidence, seed, of_mean=True).least_vacuums
+        prediction_fields = predict_intervals(plan, mean_spreads, least, of_mean=True)
+    else:
+        prediction_fields = predict_intervals(
+            plan, (full_spread, later_spread), safe_vacuum.least_vacuums
+        )
     is_enough, build = plan.full.stops_within(travel), _suggest_build(plan)
-    checks = checks_of_plan(plan, full_spread.beyond, prediction_fields["safe_vacuum"], confidence)
+    checks = checks_of_plan(plan, full_spread.beyond, safe_vacuum.vacuum, confidence)
     return CollisionPlan.create(
         case,
         plan,
         judge(checks, accept),
-        prediction_fields,
+        {**prediction_fields, "safe_vacuum": safe_vacuum.vacuum, "confidence": confidence},
         *_collect_stop_records(plan),
         {**_collision_probabilities(full_spread, later_spread), "seed": seed},
         _suggest_sizes(plan, build),
@@ -356,30 +370,6 @@ def _suggest_build(plan: Plan) -> Build | None:
     if is_enough or plan.needed is None or plan.needed <= plan.reached:
         return None
     return suggest_sizes(plan.standby, plan.needed, plan.case.warning)
-
-
-def _predict_spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
-    """Return the spread of collisions at the full vacuum reached in time and the tuned vacuum."""
-    from layerjam.bench.control.plan_spread import predict_spread
-
-    full_spread = predict_spread(plan.reached, plan.brake, plan.case, samples, seed)
-    if plan.capped:
-        return full_spread, full_spread
-    return full_spread, predict_spread(plan.tuned.vacuum, plan.brake, plan.case, samples, seed)
-
-
-def _predict_intervals(
-    plan: Plan, full: Spread, later: Spread, confidence: float, seed: int
-) -> dict[str, Any]:
-    """Return the safe vacuum, the intervals of both stops, and the basis of the first."""
-    from layerjam.bench.control.plan_spread import find_safe_vacuum
-    from layerjam.brake.simulate.prediction import Prediction
-
-    safe_vacuum = find_safe_vacuum(plan, confidence, seed)
-    prediction = Prediction(plan.brake, plan.reached, plan.case.travel, plan.case.speed)
-    tuned_samples = {f"tuned_{key}": later.samples[key] for key in TUNED}
-    state = prediction.state(needed=safe_vacuum.least_vacuums, **full.samples, **tuned_samples)
-    return {"safe_vacuum": safe_vacuum.vacuum, "confidence": confidence, **state}
 
 
 def _collision_probabilities(full: Spread, later: Spread) -> dict[str, float]:

@@ -10,7 +10,7 @@ change faster than pump and vent allow.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -184,10 +184,24 @@ def follow(
     return Following(loop, wanted, force, slip, is_held & can_follow, (*reasons, *slew_reasons))
 
 
-def spread_errors(
+class ForceSpread(NamedTuple):
+    """Scatter of a followed force, for samples of the true brake."""
+
+    errors: dict[str, Array]
+    """Samples of the errors [N], by the keys of `follow`."""
+    time: Array
+    """Some of the times of the run [s], shape (K,)."""
+    low: Array
+    """Ends of the 95 % interval of the force at these times [N]."""
+    high: Array
+    is_tested: Mask
+    """Whether tests of the brake cover these times."""
+
+
+def spread_force(
     record: Following, brake: Brake, paces: Array, conditions: Prediction
-) -> dict[str, Array]:
-    """Return the errors [N] of a run for samples of the true brake, by the keys of `follow`.
+) -> ForceSpread:
+    """Return the scatter of the force and its errors for samples of the true brake.
 
     `brake` is the average one, `paces` [m/s] are the sliding speeds, shape (N,). The vacuum does
     not depend on the brake, so it is that of the record.
@@ -205,10 +219,13 @@ def spread_errors(
     error = force - record.wanted[places]
     # few times are enough for the change of the mean square from that of the record
     change = np.mean(error[:, : len(even)] ** 2 - record.error[even] ** 2, axis=-1)
-    return {
+    errors = {
         "rms_error": np.sqrt(np.maximum(record.rms**2 + change, 0.0)),
         "greatest_error": np.abs(error).max(axis=-1),
     }
+    band = prediction.interval(force[:, : len(even)])
+    is_tested = np.broadcast_to(prediction.is_tested(), places.shape)[: len(even)]
+    return ForceSpread(errors, record.time[even], band["low"], band["high"], is_tested)
 
 
 @brief

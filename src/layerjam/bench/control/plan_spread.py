@@ -5,7 +5,7 @@ uncertain numbers of the brake are those of a `Prediction`. `CUBES` independent 
 give the standard error of each mean. Stops are computed exactly, at constant vacuum.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -31,6 +31,8 @@ from layerjam.core.evolve import evolve
 Array = npt.NDArray[np.float64]
 CUBES = 16
 SAMPLES, SEED = 40_000, 1
+TUNED = ("slip", "peak_force", "peak_g")
+"""Keys whose intervals are stated for the tuned vacuum too, with `tuned_`."""
 
 
 class Spread(NamedTuple):
@@ -74,25 +76,32 @@ def draw_arrivals(case: Arrival, samples: int = SAMPLES, seed: int = SEED) -> tu
 
 
 def draw_brakes(
-    file: BrakeFile, vacuum: float, case: Arrival, samples: int = SAMPLES, seed: int = SEED
+    file: BrakeFile,
+    vacuum: float,
+    case: Arrival,
+    samples: int = SAMPLES,
+    seed: int = SEED,
+    of_mean: bool = False,
 ) -> Brake:
     """Return the brake with samples of its uncertain numbers at a vacuum [Pa], shape (CUBES, n)."""
-    size = _cube_size(samples)
-    rows = [
-        Prediction(
-            file, vacuum, case.travel, case.speed, samples=size, seed=2 * (CUBES * seed + i) + 1
-        ).deviations
-        for i in range(CUBES)
-    ]
+    usual = Prediction(
+        *(file, vacuum, case.travel, case.speed), of_mean=of_mean, samples=_cube_size(samples)
+    )
+    rows = [evolve(usual, seed=2 * (CUBES * seed + i) + 1).deviations for i in range(CUBES)]
     return change_numbers(file.brake, Deviations(*map(np.stack, zip(*rows, strict=True))))
 
 
 def predict_spread(
-    vacuum: float, file: BrakeFile, case: Arrival, samples: int = SAMPLES, seed: int = SEED
+    vacuum: float,
+    file: BrakeFile,
+    case: Arrival,
+    samples: int = SAMPLES,
+    seed: int = SEED,
+    of_mean: bool = False,
 ) -> Spread:
     """Return the expected peak and the probabilities at one vacuum [Pa]."""
     mass, speed = draw_arrivals(case, samples, seed)
-    brakes = draw_brakes(file, vacuum, case, samples, seed)
+    brakes = draw_brakes(file, vacuum, case, samples, seed, of_mean)
     spring = rope_spring(case.rope_stiffness, brakes)
     result = stop(mass, speed, vacuum + 0 * mass, spring, case.gravity, brakes)
     outcome, slip = np.asarray(result.outcome), np.asarray(result.slip)
@@ -126,9 +135,39 @@ def _mean_and_error(values: Array, min_error: float) -> tuple[float, float]:
     return float(values.mean()), max(float(values.std(ddof=1)) / CUBES**0.5, min_error)
 
 
-def find_safe_vacuum(plan: Plan, confidence: float, seed: int = SEED) -> SafeVacuum:
+def predict_spreads(
+    plan: Plan, samples: int, seed: int, of_mean: bool = False
+) -> tuple[Spread, Spread]:
+    """Return the spread of collisions at the full vacuum reached in time and the tuned vacuum.
+
+    With `of_mean`, mass and speed are the estimated ones, and scatter between tests is left out.
+    """
+    case = _leave_out_scatter(plan.case) if of_mean else plan.case
+    vacuums = (plan.reached,) if plan.capped else (plan.reached, plan.tuned.vacuum)
+    spreads = [predict_spread(p, plan.brake, case, samples, seed, of_mean) for p in vacuums]
+    return spreads[0], spreads[-1]
+
+
+def predict_intervals(
+    plan: Plan, spreads: tuple[Spread, Spread], least_vacuums: Array, of_mean: bool = False
+) -> dict[str, Any]:
+    """Return the intervals of both stops and of the lowest vacuum, and the basis of the first."""
+    full, later = spreads
+    conditions = plan.reached, plan.case.travel, plan.case.speed
+    prediction = Prediction(plan.brake, *conditions, of_mean=of_mean)
+    tuned_samples = {f"tuned_{key}": later.samples[key] for key in TUNED}
+    return prediction.state(needed=least_vacuums, **full.samples, **tuned_samples)
+
+
+def _leave_out_scatter(case: Arrival) -> Arrival:
+    return evolve(case, mass_sd=0.0, speed_sd=0.0)
+
+
+def find_safe_vacuum(
+    plan: Plan, confidence: float, seed: int = SEED, of_mean: bool = False
+) -> SafeVacuum:
     """Return the vacuum that keeps the share `confidence` of stops within the travel."""
-    file, case = plan.brake, plan.case
+    file, case = plan.brake, _leave_out_scatter(plan.case) if of_mean else plan.case
     mean_case = tuned.Case(
         brake=file.brake,
         mass=case.mass,
@@ -139,6 +178,7 @@ def find_safe_vacuum(plan: Plan, confidence: float, seed: int = SEED) -> SafeVac
     )
     vacuum = tuned.tuning_vacuum(mean_case) or plan.needed or plan.reached
     prediction = safe_vacuum.predict_decision(file, mean_case, vacuum)
+    prediction = evolve(prediction, of_mean=of_mean)
     levels = draw_levels(prediction.samples, 2, seed + 1).T
     mass = log_normal(find_quantiles(levels[0]), case.mass, case.mass_sd)
     speed = log_normal(find_quantiles(levels[1]), case.speed, case.speed_sd)

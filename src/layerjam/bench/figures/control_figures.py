@@ -15,7 +15,7 @@ from layerjam.core.drawing.style import BLUE, GREEN, GREY, INK, KPA, ORANGE, RED
 from layerjam.core.units import show
 
 if TYPE_CHECKING:
-    from layerjam.bench.control.follow import Bode, Following
+    from layerjam.bench.control.follow import Bode, Following, ForceSpread
     from layerjam.bench.control.plan import Arrival, Plan
 
 
@@ -80,14 +80,17 @@ def draw_run(
 
 
 @style.use_style
-def draw_tracking(run: "Following", sweep: "Bode | None") -> style.Figure:
-    """Draw force and target, and the response to a sinusoidal target."""
+def draw_tracking(
+    run: "Following", sweep: "Bode | None", spread: "ForceSpread | None" = None
+) -> style.Figure:
+    """Draw force and target with the force's interval, and the response to a sinusoidal target."""
     figure, (force, *size) = style.make_axes(
         columns=1 + (sweep is not None), width=10.4, height=4.2
     )
     detail = f"error {show(run.rms, 'N', 3)} RMS; the brake slips from "
     detail += f"{show(float(run.slip[0]), 'm', 3)} to {show(float(run.slip[-1]), 'm', 3)}"
-    draw_profile(force, run, 1.3 * float(max(run.wanted.max(), run.force.max())))
+    top = max(run.wanted.max(), run.force.max(), 0.0 if spread is None else spread.high.max())
+    draw_profile(force, run, 1.3 * float(top), spread)
     style.add_title(force, "A force that follows a profile", detail)
     if sweep is not None:
         wide = (
@@ -100,14 +103,27 @@ def draw_tracking(run: "Following", sweep: "Bode | None") -> style.Figure:
     return figure
 
 
-def draw_profile(axes: style.Axes, run: "Following", top: float) -> None:
-    """Draw force and target, and mark the times at which the force cannot follow."""
+def draw_profile(
+    axes: style.Axes, run: "Following", top: float, spread: "ForceSpread | None" = None
+) -> None:
+    """Draw force and target, and mark the times at which the force cannot follow.
+
+    With a `spread`, the force of the next brake has a band, and is dashed where tests do not cover
+    it.
+    """
     gaps = ~run.possible
     transform = axes.get_xaxis_transform()
     axes.fill_between(run.time, 0, 1, where=gaps, color=RED, alpha=0.15, lw=0, transform=transform)
     axes.plot(run.time, run.wanted, color=GREEN, lw=2.2, alpha=0.7)
-    axes.plot(run.time, run.force, color=INK, lw=1.1)
-    names = [("target", GREEN), ("actual", INK)]
+    is_tested = np.ones(len(run.time), bool)
+    if spread is not None:
+        style.add_band(axes, spread.time, spread.low, spread.high, GREY, 0.35)
+        is_tested = np.interp(run.time, spread.time, spread.is_tested) > 0.5
+    for part, dash in ((is_tested, "-"), (~is_tested, style.DASHED)):
+        axes.plot(run.time, np.where(part, run.force, np.nan), color=INK, lw=1.1, ls=dash)
+    names: list[tuple[Any, ...]] = [("target", GREEN), ("actual", INK)]
+    names += [] if is_tested.all() else [("not tested", INK, style.DASHED)]
+    names += [] if spread is None else [("95 %", GREY)]
     names += [("cannot be followed", RED)] if gaps.mean() > 0.005 else []
     axes.set(xlim=(0, float(run.time[-1])), ylim=(0, top), xlabel="time [s]", ylabel="force [N]")
     style.add_key(axes, *names, loc="upper left", ncols=3)

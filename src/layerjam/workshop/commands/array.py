@@ -88,6 +88,7 @@ def array(
     """
     import numpy as np
 
+    from layerjam.brake.mechanics.pull import peak
     from layerjam.brake.simulate.prediction import Prediction
     from layerjam.workshop.design import arrays
 
@@ -114,7 +115,12 @@ def array(
     travel, is_mean = device.sheets.usable_travel, interval == "mean"
     prediction = Prediction(brake, pressure, travel, device=device, of_mean=is_mean)
     has_ended = pull_record.outcome is Outcome.BOTTOMED_OUT
+    elongation = float(pull_record.elongation[top])
     samples = _spread_totals(prediction, pressure, totals, force / rows, (rows, row), has_ended)
+    if "peak_force" in samples:
+        usual = peak(pressure, travel, device).elongation
+        ratio = peak(pressure, travel, prediction.brakes).elongation / usual
+        samples["peak_elongation"] = elongation * ratio
     return ArrayPull.create(
         totals,
         **prediction.state(**samples),
@@ -124,7 +130,7 @@ def array(
         vacuum=pressure,
         until=until,
         peak_force=force,
-        peak_elongation=float(pull_record.elongation[top]),
+        peak_elongation=elongation,
         force_at_end=float(pull_record.force[-1]),
         end=float(pull_record.elongation[-1]),
         work=float(pull_record.work[-1]),

@@ -3,7 +3,13 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
-from layerjam.brake.commands.arguments import AnyBrake, Atmosphere, check_vacuum, convert_brake
+from layerjam.brake.commands.arguments import (
+    AnyBrake,
+    Atmosphere,
+    Interval,
+    check_vacuum,
+    convert_brake,
+)
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.simulate.quantities import VACUUM
 from layerjam.core.command.declare import Help, Input, command
@@ -141,6 +147,7 @@ def compare(
         float | None, VACUUM, Help("Vacuum of the brakes. Default: full vacuum at the site.")
     ] = None,
     atmosphere: Atmosphere = None,
+    interval: Interval = "next",
 ) -> Comparison:
     """Compare the force per mass of brakes with that of published devices.
 
@@ -158,8 +165,8 @@ def compare(
     for file in files:
         check_vacuum(vacuum or 0.0, file.brake)
     vacuums = [f.brake.site.atmosphere if vacuum is None else vacuum for f in files]
-    rows, sheet, lines, others = compare_devices(files, vacuums)
-    overlaps = describe_overlaps(rows[: len(files)])
+    rows, sheet, lines, others = compare_devices(files, vacuums, interval == "mean")
+    overlaps = describe_overlaps(rows[: len(files)]) if interval == "next" else ""
     return Comparison(
         calibration=describe_calibration(files),
         devices=rows,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from layerjam.brake.commands.arguments import Accept, OutBrake, Overwrite
+from layerjam.brake.commands.arguments import Accept, Interval, OutBrake, Overwrite
 from layerjam.brake.simulate.quantities import CONFIDENCE
 from layerjam.core.brief import brief
 from layerjam.core.command.declare import Help, Input, Progress, command
@@ -220,6 +220,7 @@ def design(
     accept: Accept = None,
     overwrite: Overwrite = False,
     confidence: BrakeShare = 0.95,
+    interval: Interval = "next",
     progress: Progress | None = None,
 ) -> DesignResult:
     """Find the best brake for a set of requirements.
@@ -250,7 +251,8 @@ def design(
     conflict = prove_impossible(search, progress)
     if conflict is not None:
         return infeasible_result(DesignResult.create, search, conflict)
-    result = best_result(DesignResult.create, search, search.run_all(progress), accept)
+    sweep = search.run_all(progress)
+    result = best_result(DesignResult.create, search, sweep, accept, interval == "mean")
     if out is None or not result.feasible or result.failed_checks:
         return result
     best: int = (result.chosen or {})["number"]
@@ -316,12 +318,17 @@ def infeasible_result(
 
 
 def best_result(
-    make: Callable[..., R], search: Search, sweep: SweepResult, accept: Mapping[str, str] | None
+    make: Callable[..., R],
+    search: Search,
+    sweep: SweepResult,
+    accept: Mapping[str, str] | None,
+    of_mean: bool = False,
 ) -> R:
-    """Return the result of a search; `accept` is {check: reason}."""
+    """Return the result of a search; `accept` is {check: reason}, `of_mean` is for intervals."""
     from layerjam.workshop.design.design_file import make_design_file
     from layerjam.workshop.design.merit import MERITS
     from layerjam.workshop.design.refine import sensitivities
+    from layerjam.workshop.design.robust import assess
     from layerjam.workshop.design.verdict import (
         binding_constraints,
         confidence_check,
@@ -350,10 +357,11 @@ def best_result(
     point = spec.grid.point(number)
     file = make_design_file(spec, point, best_design["film"], "the design")
     checks = *design_checks(file, best_design["vacuum"]), *confidence_check(spec, chances, surest)
+    source = assess(spec, point, best_design, of_mean) if of_mean else chances
     loss_reason = None if runner is None else explain_loss(best_design, runner, spec.objectives)
     return make(
         judge(checks, accept),
-        chances.prediction.state(**chances.samples),
+        source.prediction.state(**source.samples),
         name=spec.name,
         feasible=True,
         designs=spec.grid.size,

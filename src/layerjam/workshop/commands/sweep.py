@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from layerjam.brake.commands.arguments import Accept
+from layerjam.brake.commands.arguments import Accept, Interval
 from layerjam.core.command.declare import Help, Progress, PythonOnly, command
 from layerjam.core.command.results import STOPPED, fact, number, result
 from layerjam.core.errors import Notice
@@ -53,6 +53,7 @@ def sweep(
     block: Annotated[int | None, PythonOnly("Number of designs per block.")] = None,
     accept: Accept = None,
     confidence: BrakeShare = 0.95,
+    interval: Interval = "next",
     progress: Progress | None = None,
 ) -> DesignSweep:
     """Compute every design of a specification, in blocks on disk.
@@ -106,7 +107,7 @@ def sweep(
         whole_chunk = functools.partial(
             make, complete=True, blocks_done=total, blocks_found=before, bytes=store.size_in_bytes()
         )
-        return best_result(whole_chunk, search, sweep_result, accept)
+        return best_result(whole_chunk, search, sweep_result, accept, interval == "mean")
 
 
 def _compute_blocks(

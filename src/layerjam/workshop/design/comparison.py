@@ -37,18 +37,21 @@ OF_SOME = {
 
 
 def compare_devices(
-    brakes: Sequence[BrakeFile], vacuums: Sequence[float]
+    brakes: Sequence[BrakeFile], vacuums: Sequence[float], of_mean: bool = False
 ) -> tuple[list[dict[str, Any]], dict[str, Any], list[SheetLine], PublishedDevices]:
     """Return (rows, effect of one more sheet, lines of sheet counts, published devices).
 
     `vacuums` [Pa] has one value per brake. The first brake also has rows at lower vacuums, and for
-    several such brakes in parallel.
+    several such brakes in parallel. With `of_mean`, intervals are those of the mean of many tests.
     """
     others = published_devices()
     first, full_vacuum = brakes[0], vacuums[0]
-    rows = [_brake_rows(file, p) for file, p in zip(brakes, vacuums, strict=True)]
-    rows += [_brake_rows(first, p) for p in LOWER if p < full_vacuum]
-    rows += [_brake_rows(first, full_vacuum, brakes=n) for n in STACKED]
+    cases = [
+        *((file, p, 1) for file, p in zip(brakes, vacuums, strict=True)),
+        *((first, p, 1) for p in LOWER if p < full_vacuum),
+        *((first, full_vacuum, count) for count in STACKED),
+    ]
+    rows = [_make_brake_row(Prediction(f, p, of_mean=of_mean), p, n) for f, p, n in cases]
     rows += [
         _device_row(
             d.name, d.kind, d.mass, d.force, d.source(), d.note, torque=d.torque, lever=d.lever
@@ -68,12 +71,12 @@ def _device_row(
     return {**row, **OF_SOME, **more}
 
 
-def _brake_rows(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str, Any]:
-    brake = file.brake
+def _make_brake_row(prediction: Prediction, vacuum: float, brakes: int) -> dict[str, Any]:
+    """Return the row of some brakes in parallel, from the prediction for one at a vacuum [Pa]."""
+    file, brake = prediction.file, prediction.file.brake
     arrangement = f", {brakes} in parallel" if brakes > 1 else ""
     mass_basis = "a balance" if brake.weighed_mass is not None else "sheets, enclosure and fittings"
     factor = file.sources.get("scale_factor")
-    prediction = Prediction(file, vacuum)
     forces = brakes * peak(vacuum, brake.sheets.usable_travel, prediction.brakes).force
     factor_note = f"; scale factor {brake.scale_factor:g}, {factor.sentence()}" if factor else ""
     return _device_row(

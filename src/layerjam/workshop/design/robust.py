@@ -99,9 +99,14 @@ class Assessment(NamedTuple):
         return {name: factor for name, factor in margins.items() if math.isfinite(factor)}
 
 
-def assess(spec: DesignSpecification, point: Point, design: Mapping[str, Any]) -> Assessment:
-    """Return the probabilities of a design, given with its film, variables and merits."""
-    prediction = predict_design(spec, point, str(design["film"]))
+def assess(
+    spec: DesignSpecification, point: Point, design: Mapping[str, Any], of_mean: bool = False
+) -> Assessment:
+    """Return the probabilities of a design, given with its film, variables and merits.
+
+    With `of_mean`, the scatter between tests is left out.
+    """
+    prediction = evolve(predict_design(spec, point, str(design["film"])), of_mean=of_mean)
     evaluation, count, logs = spec.evaluation, prediction.samples, prediction.deviations
     base, longest = evaluation.base, spec.grid.max_series
     merits = all_merits(point, base, evaluation.stick_slip, evaluation.stop, longest, logs)
