@@ -961,6 +961,7 @@ def plan(
     samples: int | str | _HasUnit = ...,
     seed: int | str | _HasUnit = ...,
     confidence: float | str | _HasUnit = ...,
+    interval: Literal["next", "mean"] = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _CollisionPlanResult:
@@ -1860,6 +1861,7 @@ def compare(
     *brakes: _Sequence[str | _Path | _BrakeFile | _Brake],
     vacuum: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
+    interval: Literal["next", "mean"] = ...,
 ) -> _ComparisonResult:
     """Compare the force per mass of brakes with that of published devices.
 
@@ -1878,6 +1880,7 @@ def design(
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     overwrite: bool = ...,
     confidence: float | str | _HasUnit | None = ...,
+    interval: Literal["next", "mean"] = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _DesignResultResult:
     """Find the best brake for a set of requirements.
@@ -1903,6 +1906,7 @@ def design_brake(
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     overwrite: bool = ...,
     confidence: float | str | _HasUnit | None = ...,
+    interval: Literal["next", "mean"] = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _DesignResultResult:
     """Find the best brake for a set of requirements.
@@ -1950,6 +1954,7 @@ def sweep(
     block: int | None = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     confidence: float | str | _HasUnit | None = ...,
+    interval: Literal["next", "mean"] = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _DesignSweepResult:
     """Compute every design of a specification, in blocks on disk.

@@ -224,11 +224,6 @@ def plan(
     presses the sheets. `leak_time` is a laminar leak of the chamber, also during the stop.
     """
     from layerjam.bench.control.plan import Arrival, checks_of_plan, plan_stop
-    from layerjam.bench.control.plan_spread import (
-        find_safe_vacuum,
-        predict_intervals,
-        predict_spreads,
-    )
 
     water = fluid == "water"
     brake, line = apply_share(brake, vacuum_share), _add_leak(line, leak_time, water)
@@ -245,46 +240,38 @@ def plan(
     )
     highest = _check_arrival(case, line, brake, water)
     reservoir = None if stored is None else _reservoir_pressure(stored, line.line)
-    plan = plan_stop(
-        brake, line.line, case, stored=reservoir, water=water, leaks=leak_time is not None
+    leaks = leak_time is not None
+    plan = plan_stop(brake, line.line, case, stored=reservoir, water=water, leaks=leaks)
+    full_spread, later_spread, predicted = _predict_scatter(
+        plan, samples, seed, confidence, interval == "mean"
     )
-    full_spread, later_spread = predict_spreads(plan, samples, seed)
-    safe_vacuum = find_safe_vacuum(plan, confidence, seed)
-    if interval == "mean":
-        mean_spreads = predict_spreads(plan, samples, seed, of_mean=True)
-        least = find_safe_vacuum(plan, confidence, seed, of_mean=True).least_vacuums
-        prediction_fields = predict_intervals(plan, mean_spreads, least, of_mean=True)
-    else:
-        prediction_fields = predict_intervals(
-            plan, (full_spread, later_spread), safe_vacuum.least_vacuums
-        )
     is_enough, build = plan.full.stops_within(travel), _suggest_build(plan)
-    checks = checks_of_plan(plan, full_spread.beyond, safe_vacuum.vacuum, confidence)
+    checks = checks_of_plan(plan, full_spread.beyond, predicted["safe_vacuum"], confidence)
     return CollisionPlan.create(
         case,
         plan,
         judge(checks, accept),
-        {**prediction_fields, "safe_vacuum": safe_vacuum.vacuum, "confidence": confidence},
+        predicted,
         *_collect_stop_records(plan),
-        {**_collision_probabilities(full_spread, later_spread), "seed": seed},
+        _collision_probabilities(full_spread, later_spread),
         _suggest_sizes(plan, build),
-        _compute_energies(plan),
+        seed=seed,
         feasible=is_enough,
         reason=None if is_enough else _failure_reason(plan),
         reachable=highest,
-        tuned_capped=plan.capped,
         warnings=[*line.warnings(), *brake.warnings(), *list_plan_notices(plan, build)],
         record=plan,
     )
 
 
 def _collect_stop_records(plan: Plan) -> tuple[Any, ...]:
-    """Return both stops, and the iteration of each stop with the vacuum line."""
+    """Return both stops, the iteration of each stop with the vacuum line, and the energies."""
     full_coupling, tuned_coupling = plan.full.coupled, plan.tuned.coupled
     later_stop = add_prefix(
         "tuned_", plan.tuned, tuned_coupling, add_prefix("coupling_", tuned_coupling)
     )
-    return plan.full, full_coupling, add_prefix("coupling_", full_coupling), later_stop
+    iteration, more = add_prefix("coupling_", full_coupling), {"tuned_capped": plan.capped}
+    return plan.full, full_coupling, iteration, later_stop, more, _compute_energies(plan)
 
 
 def _add_leak(line: LineFile, leak_time: Any, water: bool) -> LineFile:
@@ -370,6 +357,22 @@ def _suggest_build(plan: Plan) -> Build | None:
     if is_enough or plan.needed is None or plan.needed <= plan.reached:
         return None
     return suggest_sizes(plan.standby, plan.needed, plan.case.warning)
+
+
+def _predict_scatter(
+    plan: Plan, samples: int, seed: int, confidence: float, of_mean: bool
+) -> tuple[Spread, Spread, dict[str, Any]]:
+    """Return the spread of the next stops at both vacuums, and the fields of their prediction."""
+    from layerjam.bench.control import plan_spread
+
+    spreads = plan_spread.predict_spreads(plan, samples, seed)
+    safe_vacuum = plan_spread.find_safe_vacuum(plan, confidence, seed)
+    printed, vacuums = spreads, safe_vacuum
+    if of_mean:
+        printed = plan_spread.predict_spreads(plan, samples, seed, of_mean)
+        vacuums = plan_spread.find_safe_vacuum(plan, confidence, seed, of_mean)
+    intervals = plan_spread.predict_intervals(plan, printed, vacuums.least_vacuums, of_mean)
+    return *spreads, {**intervals, "safe_vacuum": safe_vacuum.vacuum, "confidence": confidence}
 
 
 def _collision_probabilities(full: Spread, later: Spread) -> dict[str, float]:

@@ -88,7 +88,6 @@ def array(
     """
     import numpy as np
 
-    from layerjam.brake.mechanics.pull import peak
     from layerjam.brake.simulate.prediction import Prediction
     from layerjam.workshop.design import arrays
 
@@ -115,12 +114,7 @@ def array(
     travel, is_mean = device.sheets.usable_travel, interval == "mean"
     prediction = Prediction(brake, pressure, travel, device=device, of_mean=is_mean)
     has_ended = pull_record.outcome is Outcome.BOTTOMED_OUT
-    elongation = float(pull_record.elongation[top])
     samples = _spread_totals(prediction, pressure, totals, force / rows, (rows, row), has_ended)
-    if "peak_force" in samples:
-        usual = peak(pressure, travel, device).elongation
-        ratio = peak(pressure, travel, prediction.brakes).elongation / usual
-        samples["peak_elongation"] = elongation * ratio
     return ArrayPull.create(
         totals,
         **prediction.state(**samples),
@@ -130,7 +124,7 @@ def array(
         vacuum=pressure,
         until=until,
         peak_force=force,
-        peak_elongation=elongation,
+        peak_elongation=float(pull_record.elongation[top]),
         force_at_end=float(pull_record.force[-1]),
         end=float(pull_record.elongation[-1]),
         work=float(pull_record.work[-1]),
@@ -166,6 +160,10 @@ def _spread_totals(
         stretch = series * end / (parallel * working_stiffness(brakes))
         samples |= {"force_at_end": end, "work": samples["energy"] + end * stretch / 2}
     if abs(float(peak(vacuum, travel, device).force) - force) <= 1e-6 * force:
-        peaks = parallel * peak(vacuum, travel, brakes).force
-        samples |= {"peak_force": peaks, "force_density": peaks / totals.mass}
+        tops = peak(vacuum, travel, brakes)
+        samples |= {
+            "peak_force": parallel * tops.force,
+            "peak_elongation": series * tops.elongation,
+        }
+        samples["force_density"] = samples["peak_force"] / totals.mass
     return samples

@@ -357,11 +357,9 @@ def best_result(
     point = spec.grid.point(number)
     file = make_design_file(spec, point, best_design["film"], "the design")
     checks = *design_checks(file, best_design["vacuum"]), *confidence_check(spec, chances, surest)
-    source = assess(spec, point, best_design, of_mean) if of_mean else chances
-    loss_reason = None if runner is None else explain_loss(best_design, runner, spec.objectives)
     return make(
         judge(checks, accept),
-        source.prediction.state(**source.samples),
+        assess(spec, point, best_design, of_mean).state() if of_mean else chances.state(),
         name=spec.name,
         feasible=True,
         designs=spec.grid.size,
@@ -370,7 +368,7 @@ def best_result(
         chosen=best_design,
         refined=None if refinement is None else refinement.design,
         runner_up=runner,
-        runner_up_lost=loss_reason,
+        runner_up_lost=runner and explain_loss(best_design, runner, spec.objectives),
         binding=binding_constraints(best_design, spec),
         forbidden=[
             *list_surer_losses(search, sweep, highlights, best_design, chances),

@@ -84,6 +84,10 @@ class Assessment(NamedTuple):
         """Return whether the design meets all constraints with a probability."""
         return self.probability >= confidence - 1e-9
 
+    def state(self) -> dict[str, Any]:
+        """Return the fields of a `PredictionResult`."""
+        return self.prediction.state(**self.samples)
+
     def find_margins(self, spec: DesignSpecification) -> dict[str, float]:
         """Return {constraint: factor} by which the average brake must be better than its limit.
 
