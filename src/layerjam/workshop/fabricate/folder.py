@@ -50,21 +50,16 @@ def _validate_folder(path: Path, overwrite: bool) -> Path:
     if path.is_dir():
         if not overwrite:
             raise FileError(path, "already exists; --overwrite replaces it")
-        strange = sorted(_list_files(path) - _read_file_list(path))
+        present = {f.relative_to(path).as_posix() for f in path.rglob("*") if not f.is_dir()}
+        strange = sorted(present - _read_file_list(path))
         if strange:
             more_text = f" and {len(strange) - 1} more" if len(strange) > 1 else ""
             raise FileError(
                 path,
-                (
-                    f"contains {strange[0]}{more_text}, which `build` did not write; move it or "
-                    "choose a different folder"
-                ),
+                f"contains {strange[0]}{more_text}, which `build` did not write; move it or "
+                "choose a different folder",
             )
     return path
-
-
-def _list_files(path: Path) -> set[str]:
-    return {f.relative_to(path).as_posix() for f in path.rglob("*") if not f.is_dir()}
 
 
 def _read_file_list(path: Path) -> set[str]:

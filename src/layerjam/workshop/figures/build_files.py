@@ -105,13 +105,14 @@ def _list_chapters(
             ("7  Join the brakes", False, [picture("boards", 0.7), to_steps(array_steps(drawing))])
         )
     number = len(chapters) + 1
+    verdicts = [[MARKS[check.level], check.code, check.text] for check in drawing.checks]
     chapters += [
         (
             f"{number}  Check the first brake",
             True,
             [to_steps(list_first_checks(drawing, coupons))],
         ),
-        (f"{number + 1}  Drawing checks", False, [_make_checks(drawing)]),
+        (f"{number + 1}  Drawing checks", False, [{"kind": "checks", "rows": verdicts}]),
         (
             f"{number + 2}  Assumptions",
             False,
@@ -160,11 +161,6 @@ def _make_parts_list(drawing: Drawing, files: Collection[str] | None) -> Block:
     }
 
 
-def _make_checks(drawing: Drawing) -> Block:
-    rows = [[MARKS[check.level], check.code, check.text] for check in drawing.checks]
-    return {"kind": "checks", "rows": rows}
-
-
 FORMATS = {
     "A4": (210.0, 297.0),
     "A3": (297.0, 420.0),
@@ -187,12 +183,6 @@ class Paper(NamedTuple):
     name: str
     width: float
     height: float
-
-
-def usable_size(paper: str) -> tuple[float, float]:
-    """Return the largest length and width of film parts on a landscape format [mm]."""
-    short, long = FORMATS[paper]
-    return long - 2 * BORDER, short - 2 * BORDER - STRIP
 
 
 def find_paper(parts: Sequence[Outline]) -> Paper | None:
