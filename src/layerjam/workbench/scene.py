@@ -267,18 +267,14 @@ class StackView(CameraView):
         self.scene.describe_scene(words)
         with self.scene.batch_changes():
             for box in stack.boxes:
-                self._place_box(box)
+                if box.name not in self._boxes:
+                    self._boxes[box.name] = Slab(box.color, box.opacity)
+                self._boxes[box.name].scale(*box.size).move(*box.centre)
             for name, text, place in stack.labels:
                 self._write_label(name, text, place)
             for name in {*self._boxes} - {box.name for box in stack.boxes}:
                 self._boxes.pop(name).delete()
         self.enclose_box(stack.low, stack.high)
-
-    def _place_box(self, box: Box) -> None:
-        thing = self._boxes.get(box.name)
-        if thing is None:
-            thing = self._boxes[box.name] = Slab(box.color, box.opacity)
-        thing.scale(*box.size).move(*box.centre)
 
     def _write_label(self, name: str, text: str, place: Point) -> None:
         old = self._labels.get(name)

@@ -125,19 +125,15 @@ class Brake(Page):
             self.sources = live.Table()
 
     def _build_comparison(self) -> None:
-        def choose_second(event: Any) -> None:
-            self._put_second(str(event.value or ""))
-
         with ui.row().classes("w-full items-center gap-2"):
-            self.other = select({}, "Compare with", "brake-beside", choose_second, classes="w-64")
+            self.other = select({}, "Compare with", "brake-beside", classes="w-64")
+            self.other.on_value_change(lambda event: self._put_second(str(event.value or "")))
             text, look = "Keep a copy for comparison", "flat dense no-caps"
             keep = lambda: self._put_second(self.desk.state.brake)  # noqa: E731
             button(text, keep, "brake-keep", "push_pin", look=look)
             tip = "HTML file that computes this brake in any browser"
             button("Save as one page", self._save_page, "brake-html", "public", look=look, tip=tip)
-        self.desk.add_watcher(
-            lambda what: self._fill_second() if what in ("brake", "undo") else None
-        )
+        self.desk.add_watcher(lambda _: self._fill_second(), "brake", "undo")
         self._fill_second()
 
     async def _save_page(self) -> None:
