@@ -4,7 +4,6 @@ import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Any, Protocol
 
 from layerjam.brake.commands.edit import edit
@@ -196,12 +195,10 @@ class Shelf:
     read: Callable[[str], Any]
 
 
-SHELVES: Mapping[str, Shelf] = MappingProxyType(
-    {
-        "brake": Shelf(catalogue, load, lambda text: BrakeFile.read(text, "the brake")),
-        "line": Shelf(lines, load_line, lambda text: LineFile.read(text, "the line")),
-    }
-)
+SHELVES: Mapping[str, Shelf] = {
+    "brake": Shelf(catalogue, load, lambda text: BrakeFile.read(text, "the brake")),
+    "line": Shelf(lines, load_line, lambda text: LineFile.read(text, "the line")),
+}
 
 
 def read_device(kind: str, text: str) -> Any:

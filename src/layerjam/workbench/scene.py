@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from nicegui import ui
@@ -33,14 +32,12 @@ _LABEL = "font: 600 13px sans-serif; color: var(--stack-ink); white-space: nowra
 Point = tuple[float, float, float]
 
 
-VIEWS = MappingProxyType(
-    {
-        "whole": (-0.5, -0.72, 0.45),
-        "left end": (-0.95, -0.42, 0.32),
-        "right end": (0.95, -0.42, 0.32),
-        "side": (0.0, -1.22, 0.0),
-    }
-)
+VIEWS = {
+    "whole": (-0.5, -0.72, 0.45),
+    "left end": (-0.95, -0.42, 0.32),
+    "right end": (0.95, -0.42, 0.32),
+    "side": (0.0, -1.22, 0.0),
+}
 """Directions from which the brake is seen."""
 
 

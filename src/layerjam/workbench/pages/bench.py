@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from nicegui import run, ui
@@ -58,14 +57,12 @@ BEAT = 250
 """Interval between the browser's reports that the page is open [ms]."""
 KPA = 1e3
 PROCEDURE = "evacuate to 40 kPa and hold 5 s; vent"
-STATES = MappingProxyType(
-    {
-        "SAFE": "Safe state; nothing is running",
-        "RUN": "The controller is running",
-        "FAULT": "Fault; the bench is in its safe state",
-        "DRIVE": "Outputs under manual control",
-    }
-)
+STATES: Mapping[str, str] = {
+    "SAFE": "Safe state; nothing is running",
+    "RUN": "The controller is running",
+    "FAULT": "Fault; the bench is in its safe state",
+    "DRIVE": "Outputs under manual control",
+}
 SIMULATED = (
     "A virtual board: the firmware is real, and the vacuum line is simulated. Nothing is measured."
 )

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from types import MappingProxyType
 from typing import Any
 
 from nicegui import ui
@@ -222,25 +221,23 @@ def describe_forces(facts: Any, force: Any, full: float, slip: float, vacuum: fl
     )
 
 
-ROWS: Mapping[str, int] = MappingProxyType(
-    {
-        "mass": -1,
-        "max_force": 1,
-        "holding_force": 1,
-        "force_density": 1,
-        "energy_capacity": 1,
-        "usable_travel": 1,
-        "stiffness_before_slip": 0,
-        "stiffness_measured": 0,
-        "stiffness_sliding": 0,
-        "peak_vacuum": 0,
-        "buckling_force": 0,
-        "sheet_stress": -1,
-        "clamp_stress": -1,
-        "film_strength": 1,
-        "scale_factor": 0,
-    }
-)
+ROWS: Mapping[str, int] = {
+    "mass": -1,
+    "max_force": 1,
+    "holding_force": 1,
+    "force_density": 1,
+    "energy_capacity": 1,
+    "usable_travel": 1,
+    "stiffness_before_slip": 0,
+    "stiffness_measured": 0,
+    "stiffness_sliding": 0,
+    "peak_vacuum": 0,
+    "buckling_force": 0,
+    "sheet_stress": -1,
+    "clamp_stress": -1,
+    "film_strength": 1,
+    "scale_factor": 0,
+}
 """{key of a `show` result: 1 if more is better, -1 if less is better, 0 if neither}."""
 
 

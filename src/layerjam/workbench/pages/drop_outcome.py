@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from html import escape
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -203,14 +202,12 @@ def vacuum_headlines(tuning: Answer) -> list[Hero]:
     return numbers
 
 
-WAYS = MappingProxyType(
-    {
-        "vacuum": "The vacuum tuned to the travel",
-        "sheets": "The same brake with this number of sheets",
-        "brakes": "Brakes in parallel: one is shown, with its share of the mass",
-        "travel": "Stop within a different travel",
-    }
-)
+WAYS: Mapping[str, str] = {
+    "vacuum": "The vacuum tuned to the travel",
+    "sheets": "The same brake with this number of sheets",
+    "brakes": "Brakes in parallel: one is shown, with its share of the mass",
+    "travel": "Stop within a different travel",
+}
 """{change that may stop the mass: tooltip of its button}."""
 
 
@@ -259,27 +256,23 @@ class Advice:
             yield "travel", label, partial(put, {"shown": "tuned", "travel": travel})
 
 
-MODES = MappingProxyType(
-    {
-        "none": "no brake",
-        "full": "full",
-        "tuned": "tuned",
-        "value": "a value",
-        "history": "a history",
-    }
-)
+MODES: Mapping[str, str] = {
+    "none": "no brake",
+    "full": "full",
+    "tuned": "tuned",
+    "value": "a value",
+    "history": "a history",
+}
 ROWS = ("outcome", "vacuum", "slip", "peak_force", "peak_g", "crash_g", "stopping_time")
 """Rows of the comparison above the charts; the "All numbers" panel contains the others."""
 LEFT_OUT = ("feasible", "reason", "speed", "accelerometer", "filter")
-OUTCOMES = MappingProxyType(
-    {
-        "STOPPED": "stopped",
-        "NEVER_SLID": "stopped without slip",
-        "SNAPS": "snaps",
-        "BOTTOMED_OUT": "bottomed out",
-        "FINISHED": "still moving",
-    }
-)
+OUTCOMES: Mapping[str, str] = {
+    "STOPPED": "stopped",
+    "NEVER_SLID": "stopped without slip",
+    "SNAPS": "snaps",
+    "BOTTOMED_OUT": "bottomed out",
+    "FINISHED": "still moving",
+}
 
 
 Drops = Mapping[str, Answer]

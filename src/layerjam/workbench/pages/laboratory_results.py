@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from nicegui import events, ui
@@ -178,12 +177,10 @@ class Card:
                 button(text, act, f"{ident}-remedy", "build")
 
 
-REMEDIES = MappingProxyType(
-    {
-        "no-kinetic-friction": ("Use the midpoint of stick–slip", {"judder": "yes"}),
-        "static-of-teeth": ("Evaluate the tests according to ASTM D1894", {"standard": "d1894"}),
-    }
-)
+REMEDIES = {
+    "no-kinetic-friction": ("Use the midpoint of stick–slip", {"judder": "yes"}),
+    "static-of-teeth": ("Evaluate the tests according to ASTM D1894", {"standard": "d1894"}),
+}
 """{key of a notice: (text of a button, settings that the button applies)}."""
 
 
