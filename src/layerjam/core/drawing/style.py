@@ -316,6 +316,20 @@ def add_callout(
     axes.annotate(text, point, place, color=text_ink(color), arrowprops=line, **props)
 
 
+def add_leader(
+    axes: Axes,
+    text: str,
+    point: tuple[float, float],
+    place: tuple[float, float],
+    va: str,
+    **options: Any,
+) -> None:
+    """Write a text centred at `place`, with a line to a point of the drawing."""
+    line = {"arrowstyle": "-", "color": INK, "lw": 0.6, "shrinkB": 0}
+    options |= {"ha": "center", "va": va, "fontsize": WORDS, "arrowprops": line}
+    axes.annotate(text, point, place, **options)
+
+
 def add_band(axes: Axes, x: Any, low: Any, high: Any, color: str, alpha: float = 0.2) -> None:
     """Draw a pale band between two curves."""
     axes.fill_between(x, low, high, color=color, alpha=alpha, lw=0)
