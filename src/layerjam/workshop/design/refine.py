@@ -296,8 +296,6 @@ class LocalSearch:
                 return np.asarray(nearer)
         return None
 
-    full, best = all_values, find_best_point  # former names
-
 
 def sensitivities(
     spec: DesignSpecification, point: Point, names: tuple[str, ...]
