@@ -75,10 +75,8 @@ class Table:
         with ui.row().classes("w-full items-center justify-between"):
             self.count = dress(ui.label(NO_FILES), "laboratory-count", role="status")
             with ui.row().classes("gap-2") as self.more:
-                text, tip = (
-                    "Calibrate at the highest vacuum",
-                    "Validate on the pulls at other vacuums",
-                )
+                text = "Calibrate at the highest vacuum"
+                tip = "Validate on the pulls at other vacuums"
                 button(text, divide, "laboratory-divide", "call_split", tip=tip)
                 tip = "A NAME.toml sidecar for every file, with this page's settings (ZIP)"
                 button("Sidecars", sidecars, "laboratory-sidecars", "download", tip=tip)
