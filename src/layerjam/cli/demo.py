@@ -268,11 +268,9 @@ def _describe_main_job(
     calibration = calibrate(read_pulls(pulls), brake.brake)
     validation = validate_pulls(read_pulls(others), calibrated_brake.brake)
     needed_vacuum = float(vacuum(calibrated_brake, slip=SLIP, force=FORCE).record[-1])
+    scatter = f"± {friction.kinetic_sd:.4f} SD between three repeats (true: 0.24)"
     numbers = [
-        (
-            f"{friction.kinetic:.4f}",
-            f"kinetic friction, ± {friction.kinetic_sd:.4f} SD between three repeats (true: 0.24)",
-        ),
+        (f"{friction.kinetic:.4f}", f"kinetic friction, {scatter}"),
         (f"{calibration.scale_factor:.4f}", "scale factor with that friction"),
         (show(calibration.stiffness, "N/m"), "stiffness of the brake and rig (true: 131 kN/m)"),
         (f"{validation.mape:.2%}", "MAPE on pulls not used in the calibration"),
@@ -303,18 +301,13 @@ def _draw_glance(brake: "BrakeFile") -> "Part":
     )
     pull = tensile(brake, vacuum=94.5e3, speed=0.013, elongation=0.04)
     shot = build_pictures.make_shots(make_scene(drawing.build, drawing.lengths))["exploded"]
+    device, rising = partial(draw_device, brake), rise(load_line("choi2018"), target=80e3)
     drawers: dict[str, tuple[Callable[[], Figure], str]] = {
-        "device": (
-            partial(draw_device, brake),
-            "The brake at rest, extended, and in cross-section.",
-        ),
+        "device": (device, "The brake at rest, extended, and in cross-section."),
         "exploded": (partial(build_pictures.add_labels, *shot), "Its parts, separated."),
         "pull": (pull.draw, "Computed pull at 94.5 kPa."),
         "stop": (stop.draw, "Computed stop of 1 kg from 2.5 m/s within 40 mm."),
-        "rise": (
-            rise(load_line("choi2018"), target=80e3).draw,
-            "Computed rise with the paper's pumps.",
-        ),
+        "rise": (rising.draw, "Computed rise with the paper's pumps."),
     }
     pictures = [
         Picture(name=f"glance-{name}", figure=draw, caption=words)

@@ -91,11 +91,10 @@ class Acceptance:
     def read(cls, row: Any) -> Self:
         """Return the acceptance in an [[accepted]] table; QuantityError for an invalid table."""
         texts = ("check", "reason", "date")
-        numbers = row.get("numbers", []) if isinstance(row, dict) else None
-        files = row.get("files", 0) if isinstance(row, dict) else None
+        row = row if isinstance(row, dict) else {}
+        numbers, files = row.get("numbers", []), row.get("files", 0)
         if (
-            not isinstance(row, dict)
-            or set(row) - {*texts, "finding", "numbers", "files"}
+            set(row) - {*texts, "finding", "numbers", "files"}
             or not all(isinstance(row.get(key), str) and row[key].strip() for key in texts)
             or not isinstance(row.get("finding", ""), str)
             or not isinstance(numbers, list)

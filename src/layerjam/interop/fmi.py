@@ -126,12 +126,10 @@ def build_fmu(
     input produces the same bytes.
     """
     sources = (f"fmi{version}.c", "model.c", "layerjam.c")
+    numbers = [values[parameter.name] for parameter in list_parameters()]
     files: dict[str, bytes | str] = {
         "modelDescription.xml": model_description(version, name, values, sources, mark),
-        "resources/brake.bin": _MAGIC
-        + struct.pack(
-            f"<I{len(values)}d", len(values), *(values[o.name] for o in list_parameters())
-        ),
+        "resources/brake.bin": _MAGIC + struct.pack(f"<I{len(values)}d", len(values), *numbers),
     }
     for platform_name, library_ in binaries.items():
         target = PLATFORMS[platform_name]
@@ -143,16 +141,12 @@ def build_fmu(
         files[f"sources/{kernel}"] = (SOURCES / kernel).read_bytes()
     for source in (f"fmi{version}.c", "model.c", "model.h", "variables.h"):
         files[f"sources/{source}"] = (UNIT / source).read_bytes()
-    files["sources/values.h"] = _values_header(values)
+    rows = ", \\\n    ".join(repr(float(number)) for number in numbers)
+    comment = "/* The exported brake, in the order of variables.h. */"
+    files["sources/values.h"] = f"{comment}\n#define LJ_VALUES {{ \\\n    {rows}}}\n"
     for header in sorted((UNIT / "headers").glob(f"fmi{version}*.h")):
         files[f"sources/headers/{header.name}"] = header.read_bytes()
     return _zip_files(files)
-
-
-def _values_header(values: Mapping[str, float]) -> str:
-    rows = ", \\\n    ".join(repr(float(values[p.name])) for p in list_parameters())
-    comment = "/* The exported brake, in the order of variables.h. */"
-    return f"{comment}\n#define LJ_VALUES {{ \\\n    {rows}}}\n"
 
 
 def _zip_files(files: Mapping[str, bytes | str]) -> bytes:

@@ -72,49 +72,42 @@ _OUTPUTS = (
     ("heat", "J", "energy dissipated so far"),
     ("stored", "J", "stored elastic energy"),
 )
+_SNAPPED = "it slid although its friction fell more steeply than its stiffness; the force may jump"
 _FLAGS = (
-    ("slack", "the brake is longer than the elongation and carries no force"),
-    ("separated", "the overlap was used up; only the enclosure pulls"),
-    ("closed", "the enclosure has pulled the brake back"),
-    (
-        "snapped",
-        "it slid although its friction fell more steeply than its stiffness; the force may jump",
-    ),
-    ("forgotten", "more nested reversals than can be stored; the last ones are ignored"),
+    ("slack", "", "the brake is longer than the elongation and carries no force"),
+    ("separated", "", "the overlap was used up; only the enclosure pulls"),
+    ("closed", "", "the enclosure has pulled the brake back"),
+    ("snapped", "", _SNAPPED),
+    ("forgotten", "", "more nested reversals than can be stored; the last ones are ignored"),
 )
+_GROUPS: tuple[tuple[int, Role, tuple[tuple[str, str, str], ...]], ...] = (
+    (TIME, "independent", (("time", "s", "simulated time"),)),
+    (FIRST_INPUT, "input", _INPUTS),
+    (FIRST_OUTPUT, "output", _OUTPUTS),
+    (FIRST_FLAG, "flag", _FLAGS),
+    (TURNING, "local", (("turning", "m/s", "the velocity; its zeros mark reversals"),)),
+)
+"""First value reference, role and (name, unit, text) of all variables but the parameters."""
 
 
 def list_parameters() -> tuple[Variable, ...]:
     """Return the parameters, with the bounds of a brake file."""
-    specs = {path: spec for path, spec, _ in quantities(Brake)}
-    return tuple(
-        Variable(
-            FIRST_PARAMETER + i,
-            path,
-            "parameter",
-            specs[path].unit,
-            specs[path].text + ("; 0: none" if path in _OPTIONAL else ""),
-            specs[path].lo,
-            specs[path].hi,
-            specs[path].whole,
-            path in _OPTIONAL,
-        )
-        for i, path in enumerate(_PARAMETERS)
-    )
+    specs, result = {path: spec for path, spec, _ in quantities(Brake)}, []
+    for number, path in enumerate(_PARAMETERS, FIRST_PARAMETER):
+        spec, is_optional = specs[path], path in _OPTIONAL
+        text = spec.text + "; 0: none" * is_optional
+        bounds = spec.lo, spec.hi, spec.whole, is_optional
+        result.append(Variable(number, path, "parameter", spec.unit, text, *bounds))
+    return tuple(result)
 
 
 def list_variables() -> tuple[Variable, ...]:
     """Return all variables in the order of their value references."""
-    result = [Variable(TIME, "time", "independent", "s", "simulated time")]
-    for i, (name, unit, text) in enumerate(_INPUTS):
-        result.append(Variable(FIRST_INPUT + i, name, "input", unit, text))
-    for i, (name, unit, text) in enumerate(_OUTPUTS):
-        result.append(Variable(FIRST_OUTPUT + i, name, "output", unit, text))
-    for i, (name, text) in enumerate(_FLAGS):
-        result.append(Variable(FIRST_FLAG + i, name, "flag", "", text))
-    result.append(
-        Variable(TURNING, "turning", "local", "m/s", "the velocity; its zeros mark reversals")
-    )
+    result = [
+        Variable(first + i, name, role, unit, text)
+        for first, role, rows in _GROUPS
+        for i, (name, unit, text) in enumerate(rows)
+    ]
     return (*result, *list_parameters())
 
 

@@ -33,7 +33,13 @@ def model_description(
 
     Only FMI 2 lists the C files. `mark` is part of the description.
     """
-    head = _format_header(name, mark)
+    text = "Soft layer-jamming brake: force from elongation and vacuum"
+    text += f" ({mark})" * bool(mark)
+    head = (
+        f"modelName={quoteattr(name)} "
+        f"description={quoteattr(text)} "
+        f'generationTool="layerjam {__version__}" variableNamingConvention="structured"'
+    )
     lines = _build_fmi3(head, values) if version == "3" else _build_fmi2(head, values, sources)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + "\n".join(lines) + "\n"
 
@@ -51,16 +57,6 @@ def build_description(sources: Sequence[str]) -> str:
 """
 
 
-def _format_header(name: str, mark: str) -> str:
-    text = "Soft layer-jamming brake: force from elongation and vacuum"
-    text += f" ({mark})" * bool(mark)
-    return (
-        f"modelName={quoteattr(name)} "
-        f"description={quoteattr(text)} "
-        f'generationTool="layerjam {__version__}" variableNamingConvention="structured"'
-    )
-
-
 def _build_fmi3(head: str, values: Mapping[str, float]) -> Iterator[str]:
     can = (
         f'modelIdentifier="{MODEL}" canGetAndSetFMUState="true" canSerializeFMUState="true" '
@@ -69,14 +65,12 @@ def _build_fmi3(head: str, values: Mapping[str, float]) -> Iterator[str]:
     yield f'<fmiModelDescription fmiVersion="3.0" {head} instantiationToken="{make_token()}">'
     yield f"  <ModelExchange {can}/>"
     yield f'  <CoSimulation {can} canHandleVariableCommunicationStepSize="true"/>'
-    yield from _format_units()
-    yield '  <DefaultExperiment startTime="0" stopTime="4" stepSize="0.01"/>'
-    yield "  <ModelVariables>"
+    yield from _begin_variables()
     for v in list_variables():
         kind = "Boolean" if v.role == "flag" else "Float64"
         yield (
             f'    <{kind} name="{v.name}" valueReference="{v.reference}" '
-            f"{_describe_variable(v)}{_format_start(v, values)}/>"
+            f"{_describe_variable(v)}{_unit_and_bounds(v)}{_format_start(v, values)}/>"
         )
     yield "  </ModelVariables>"
     yield "  <ModelStructure>"
@@ -94,8 +88,8 @@ def _build_fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) 
         f'modelIdentifier="{MODEL}" canGetAndSetFMUstate="true" canSerializeFMUstate="true" '
         'providesDirectionalDerivative="true"'
     )
-    files = "".join(f'<File name="{file}"/>' for file in sources)
-    files = f"<SourceFiles>{files}</SourceFiles>"
+    names = "".join(f'<File name="{file}"/>' for file in sources)
+    files = f"<SourceFiles>{names}</SourceFiles>"
     yield (
         f'<fmiModelDescription fmiVersion="2.0" {head} guid="{make_token()}" '
         'numberOfEventIndicators="1">'
@@ -105,15 +99,13 @@ def _build_fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) 
         f'  <CoSimulation {can} canHandleVariableCommunicationStepSize="true">'
         f"{files}</CoSimulation>"
     )
-    yield from _format_units()
-    yield '  <DefaultExperiment startTime="0" stopTime="4" stepSize="0.01"/>'
-    yield "  <ModelVariables>"
+    yield from _begin_variables()
     rows_ = [v for v in list_variables() if v.reference != TURNING]
     for v in rows_:
         kind = "Boolean" if v.role == "flag" else "Real"
         yield (
             f'    <ScalarVariable name="{v.name}" valueReference="{v.reference}" '
-            f"{_describe_variable(v, typed=False)}>"
+            f"{_describe_variable(v)}>"
             f"<{kind}{_unit_and_bounds(v)}{_format_start(v, values)}/></ScalarVariable>"
         )
     yield "  </ModelVariables>"
@@ -129,12 +121,14 @@ def _build_fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) 
     yield "</fmiModelDescription>"
 
 
-def _format_units() -> Iterator[str]:
+def _begin_variables() -> Iterator[str]:
     yield "  <UnitDefinitions>"
     for unit, (base, unit_) in UNITS.items():
         display = f'<DisplayUnit name="{unit_[0]}" factor="{unit_[1]:g}"/>' if unit_ else ""
         yield f'    <Unit name="{unit}"><BaseUnit {base}/>{display}</Unit>'
     yield "  </UnitDefinitions>"
+    yield '  <DefaultExperiment startTime="0" stopTime="4" stepSize="0.01"/>'
+    yield "  <ModelVariables>"
 
 
 _ROLES = {
@@ -147,9 +141,8 @@ _ROLES = {
 }
 
 
-def _describe_variable(v: Variable, *, typed: bool = True) -> str:
-    text = f"description={quoteattr(v.text)} {_ROLES[v.role]}"
-    return text + (_unit_and_bounds(v) if typed else "")
+def _describe_variable(v: Variable) -> str:
+    return f"description={quoteattr(v.text)} {_ROLES[v.role]}"
 
 
 def _unit_and_bounds(v: Variable) -> str:

@@ -230,13 +230,13 @@ def bench_regulator(
 
 def hold_target(bench: ProcedureBench, regulator: Regulator, rest: str, target: float) -> None:
     """Hold a target [Pa]; if one is already held, only the target changes."""
-    if not bench.output:
+    is_on = bench.output
+    if not is_on:
         bench.safe_state, bench.vent_rest = regulator.safe_state, rest
         bench.regulator = regulator
-        bench.target = target
+    bench.target = target
+    if not is_on:
         bench.output = True
-    else:
-        bench.target = target
 
 
 def inject_fault(bench: ProcedureBench, fault: str, regulator: Regulator, target: float) -> None:

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from html import escape
-from types import MappingProxyType
 from typing import Any
 
 from layerjam.core.command.predicted import PredictionResult
@@ -12,20 +11,16 @@ from layerjam.workbench.spoken import typeset_text
 
 DIGITS = 3
 """Significant digits of an interval, as of a large number."""
-BASES = MappingProxyType(
-    {
-        "tested": "Tests of this brake cover these conditions",
-        "extrapolated": "These conditions are outside the tested range",
-        "handbook": "No test of this brake supports these numbers",
-    }
-)
+BASES: Mapping[str, str] = {
+    "tested": "Tests of this brake cover these conditions",
+    "extrapolated": "These conditions are outside the tested range",
+    "handbook": "No test of this brake supports these numbers",
+}
 """{word that a prediction rests on: its meaning}; others are not shown."""
-SUBJECTS = MappingProxyType(
-    {
-        "next test": "95 % of further tests are within it, scatter between tests included",
-        "mean": "The mean of many tests is within it with a probability of 95 %",
-    }
-)
+SUBJECTS: Mapping[str, str] = {
+    "next test": "95 % of further tests are within it, scatter between tests included",
+    "mean": "The mean of many tests is within it with a probability of 95 %",
+}
 """{what an interval contains: a sentence about it}."""
 
 

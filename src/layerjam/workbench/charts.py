@@ -104,7 +104,11 @@ def _pane_series(pane: Pane, ink: str, pixels: float) -> list[dict[str, Any]]:
                 "data": [_point_mark(*mark, ink, mark[0] < middle) for mark in pane.marks],
             },
         }
-        series[0]["markArea"] = {"silent": True, "data": [_span_area(*span) for span in pane.spans]}
+        areas = [
+            [dict(xAxis=start, itemStyle=dict(color=color, opacity=0.12)), {"xAxis": end}]
+            for start, end, color in pane.spans
+        ]
+        series[0]["markArea"] = {"silent": True, "data": areas}
     _separate_end_labels(pane, series, pixels)
     return series + [band_series(*edges) for edges in pane.bands]
 
@@ -140,11 +144,6 @@ def _point_mark(x: float, y: float, text: str, color: str, ink: str, left: bool)
     label = dict(show=True, position="top", distance=13, formatter=text, color=ink)
     label |= dict(align="left", offset=[-4, 0]) if left else {}
     return dict(coord=[x, y], itemStyle={"color": color}, label=label)
-
-
-def _span_area(start: float, end: float, color: str) -> list[dict[str, Any]]:
-    ground = dict(color=color, opacity=0.12)
-    return [dict(xAxis=start, itemStyle=ground), {"xAxis": end}]
 
 
 def _make_axis(name: str, limits: Ends, gap: int, dark: bool) -> dict[str, Any]:

@@ -2,21 +2,18 @@
 
 from collections.abc import Callable
 from functools import partial
-from types import MappingProxyType
 
 from nicegui import ui
 
 from layerjam.laboratory.measure.preview import COLUMN_LIMIT, Preview
 from layerjam.workbench.widgets import button, dress
 
-UNITS = MappingProxyType(
-    {
-        "force": ("N", "kN", "mN", "lbf", "gf", "kgf"),
-        "elongation": ("mm", "m", "µm", "in"),
-        "time": ("s", "ms", "min"),
-        "vacuum": ("kPa", "mbar", "bar", "Pa"),
-    }
-)
+UNITS = {
+    "force": ("N", "kN", "mN", "lbf", "gf", "kgf"),
+    "elongation": ("mm", "m", "µm", "in"),
+    "time": ("s", "ms", "min"),
+    "vacuum": ("kPa", "mbar", "bar", "Pa"),
+}
 """{role of a column: available units}."""
 TURNED = ("force", "elongation")
 FLAT = "flat dense no-caps"

@@ -40,9 +40,8 @@ class Control:
     @property
     def factor(self) -> float:
         """SI value of one unit of the page."""
-        return (
-            float(unit_factor(self.display_unit, self.spec.unit) or 1) if self.display_unit else 1
-        )
+        unit = self.display_unit
+        return float(unit_factor(unit, self.spec.unit) or 1) if unit else 1
 
     @property
     def name(self) -> str:
@@ -205,12 +204,10 @@ class Slider:
         if nearest_value is None:
             return
         with self._box:
-            text, ident = (
-                f"Use {show(nearest_value, self.control.spec.unit, 6)}",
-                self.field.props["data-testid"],
-            )
+            text = f"Use {show(nearest_value, self.control.spec.unit, 6)}"
+            ident = f"{self.field.props['data-testid']}-remedy"
             act = partial(self._put_value, nearest_value)
-            self._remedy = button(text, act, f"{ident}-remedy").classes("self-end")
+            self._remedy = button(text, act, ident).classes("self-end")
 
     def _put_value(self, value: float) -> None:
         self.desk.put_setting(self.page, self.control.key, value)

@@ -4,7 +4,6 @@ import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Any, Protocol
 
 from layerjam.brake.commands.edit import edit
@@ -34,26 +33,26 @@ class Desk:
         self._future: list[State] = []
         self._moved = ("", "")
         self._when = 0.0
-        self._watching: list[Callable[[str], None]] = []
+        self._watching: list[tuple[Callable[[str], object], frozenset[str]]] = []
         self.show_tab: Callable[[str], object] = self.open
         """Function that opens the tab of a page; set by the frame."""
         self._load_records()
 
     def _load_records(self) -> None:
         state = self.state
-        brake, line = (read_device("brake", state.brake), read_device("line", state.line))
+        brake, line = read_device("brake", state.brake), read_device("line", state.line)
         second = read_device("brake", state.beside) if state.beside else None
         self.brake: BrakeFile = brake
         self.line: LineFile = line
         self.beside: BrakeFile | None = second
 
-    def add_watcher(self, callback: Callable[[str], None]) -> None:
-        """Call `callback(change)` after each change.
+    def add_watcher(self, callback: Callable[[str], object], *changes: str) -> None:
+        """Call `callback(change)` after each change, or only after these `changes`.
 
         Changes: "brake", "line", "settings", "moved", "undo", "pins", "page", "files", "waiting"
         (dropped files wait for a decision) and "choosing" (the user wants to add files).
         """
-        self._watching.append(callback)
+        self._watching.append((callback, frozenset(changes)))
 
     def announce_files(self) -> None:
         """Notify the watchers that files or sidecars have changed.
@@ -64,7 +63,7 @@ class Desk:
         remaining = self.state.without_files({file.key for file in self.files.files})
         if remaining != self.state:
             self.state = remaining
-        self._notify_watchers("files")
+        self.notify_watchers("files")
 
     def take_over_files(self, before: "Desk") -> None:
         """Take over a discarded desk's files, with their pins."""
@@ -74,14 +73,6 @@ class Desk:
         pins = (p for p in before.state.pins if p.command == MEASURED and p not in current)
         self.state = replace(self.state, pins=(*current, *pins))
         self.announce_files()
-
-    def show_proposals(self) -> None:
-        """Show the proposals for the waiting files."""
-        self._notify_watchers("waiting")
-
-    def show_files_dialog(self) -> None:
-        """Show the "Dropped files" dialog, even if no files are waiting."""
-        self._notify_watchers("choosing")
 
     def get(self, page: str, key: str, default: Value) -> Value:
         """Return a control's value."""
@@ -149,7 +140,7 @@ class Desk:
     def open(self, page: str) -> None:
         """Open a different page; this is not an undo step."""
         self.state = replace(self.state, page=page)
-        self._notify_watchers("page")
+        self.notify_watchers("page")
 
     def undo(self) -> bool:
         """Undo one step; return False if there is none."""
@@ -165,7 +156,7 @@ class Desk:
         target.append(self.state)
         self.state = replace(source.pop(), page=self.state.page)
         self._load_records()
-        self._notify_watchers("undo")
+        self.notify_watchers("undo")
         return True
 
     def _set_state(self, state: State, change: str, keep: bool = True) -> None:
@@ -174,13 +165,15 @@ class Desk:
             del self._past[:-STEPS]
         self._future.clear()
         self.state = state
-        self._notify_watchers(change)
+        self.notify_watchers(change)
 
-    def _notify_watchers(self, change: str) -> None:
+    def notify_watchers(self, change: str) -> None:
+        """Call the watchers of a change."""
         if change not in ("settings", "moved"):
             self._moved = ("", "")
-        for callback in self._watching:
-            callback(change)
+        for callback, changes in self._watching:
+            if not changes or change in changes:
+                callback(change)
 
     def subject(self, kind: str) -> Subject:
         """Return a brake or line as a call's subject: a catalogue name, or a file to save."""
@@ -202,12 +195,10 @@ class Shelf:
     read: Callable[[str], Any]
 
 
-SHELVES: Mapping[str, Shelf] = MappingProxyType(
-    {
-        "brake": Shelf(catalogue, load, lambda text: BrakeFile.read(text, "the brake")),
-        "line": Shelf(lines, load_line, lambda text: LineFile.read(text, "the line")),
-    }
-)
+SHELVES: Mapping[str, Shelf] = {
+    "brake": Shelf(catalogue, load, lambda text: BrakeFile.read(text, "the brake")),
+    "line": Shelf(lines, load_line, lambda text: LineFile.read(text, "the line")),
+}
 
 
 def read_device(kind: str, text: str) -> Any:

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ from layerjam.workbench.uploads import (
     clean_name,
     is_sidecar,
 )
-from layerjam.workbench.widgets import button, dress, hint, one_line
+from layerjam.workbench.widgets import button, dress, find_error, hint, one_line
 
 AT_ONCE = 1000
 """Maximum number of files per drop; `Uploads` limits the total."""
@@ -61,13 +62,12 @@ class Dropping:
         self.zone.on("rejected", self._on_reject, js_handler="(e) => emit(layerjamRejected(e))")
         self.zone.on("failed", self._on_failure, js_handler="(e) => emit(layerjamFailed(e))")
         self.zone.on("finish", lambda: self.zone.run_method("removeUploadedFiles"))
-        desk.add_watcher(self._on_change)
+        desk.add_watcher(lambda _: self._schedule_dialog(), "waiting")
+        desk.add_watcher(lambda _: self._open_dialog(empty=True), "choosing")
 
-    def _on_change(self, change: str) -> None:
-        if change == "waiting":
-            self._schedule_dialog()
-        elif change == "choosing":
-            background_tasks.create(self._show_dialog(empty=True), name="layerjam files")
+    def _open_dialog(self, *, empty: bool = False) -> None:
+        if not self.zone.client.is_deleted:
+            background_tasks.create(self._show_dialog(empty=empty), name="layerjam files")
 
     async def _receive_file(self, event: events.UploadEventArguments) -> None:
         name = clean_name(event.file.name)
@@ -78,13 +78,10 @@ class Dropping:
         elif name.lower().endswith(".toml"):
             problem = await self._load_toml(name, event.file)
         else:
-            problem = await self._store_measurement(event.file)
+            problem = await self.uploads.receive_file(event.file, waits=True)
         if problem:
             self.sorting.add_sentence(problem)
         self._schedule_dialog()
-
-    async def _store_measurement(self, file: FileUpload) -> str:
-        return await self.uploads.receive_file(file, waits=True)
 
     async def _store_list(self, name: str, file: FileUpload) -> str:
         """Store a list of conditions for many files; return the reason if it is invalid."""
@@ -151,10 +148,8 @@ class Dropping:
             if self._brakes == 2:
                 return f"{name}: not used, because two brakes were already dropped"
             slot = "beside" if self._brakes else "brake"
-        try:
-            self.desk.put_file(slot, text if "\n" in text else f"{text}\n")
-        except LayerjamError as err:
-            return f"{name}: {one_line(err)}"
+        if problem := find_error(self.desk.put_file, slot, text if "\n" in text else f"{text}\n"):
+            return f"{name}: {problem}"
         self._brakes += kind == "brake"
         labels = {
             "brake": "the brake",
@@ -168,13 +163,7 @@ class Dropping:
         """Open the dialog once no more files arrive."""
         if self._soon is not None:
             self._soon.cancel()
-        loop, client = asyncio.get_running_loop(), self.zone.client
-
-        def open_dialog() -> None:
-            if not client.is_deleted:
-                background_tasks.create(self._show_dialog(), name="layerjam files")
-
-        self._soon = loop.call_later(SOON, open_dialog)
+        self._soon = asyncio.get_running_loop().call_later(SOON, self._open_dialog)
 
     async def _show_dialog(self, *, empty: bool = False) -> None:
         self._brakes = 0
@@ -261,12 +250,9 @@ class DropHint:
             choose = button("Choose files", None, f"{page}-choose", "folder_open")
             choose.on("click", js_handler="() => layerjamPick()")
             look = "unelevated dense no-caps color=primary"
-            self._waiting = button(
-                "", desk.show_proposals, f"{page}-waiting", "help_outline", look=look
-            )
-        desk.add_watcher(
-            lambda what: self.update_count() if what in ("files", "settings", "undo") else None
-        )
+            show = partial(desk.notify_watchers, "waiting")
+            self._waiting = button("", show, f"{page}-waiting", "help_outline", look=look)
+        desk.add_watcher(lambda _: self.update_count(), "files", "settings", "undo")
         self.update_count()
 
     def update_count(self) -> None:

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from types import MappingProxyType
 
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.fluid.line_file import LineFile
@@ -30,19 +29,17 @@ class OtherReader:
         return f"{self.what}. Read it with the command {self.command.replace('FILE', argument)}"
 
 
-OTHER_READERS = MappingProxyType(
-    {
-        "silicone": OtherReader(
-            "A tensile curve of the enclosure's silicone", "layerjam enclosure FILE"
-        ),
-        "pressure": OtherReader("A pressure log", "layerjam leak FILE, or layerjam pump-down FILE"),
-        "acceleration": OtherReader("An acceleration log", "layerjam crash FILE"),
-        "run": OtherReader(
-            "A bench run without force and elongation",
-            "layerjam bench export FILE",
-        ),
-    }
-)
+OTHER_READERS = {
+    "silicone": OtherReader(
+        "A tensile curve of the enclosure's silicone", "layerjam enclosure FILE"
+    ),
+    "pressure": OtherReader("A pressure log", "layerjam leak FILE, or layerjam pump-down FILE"),
+    "acceleration": OtherReader("An acceleration log", "layerjam crash FILE"),
+    "run": OtherReader(
+        "A bench run without force and elongation",
+        "layerjam bench export FILE",
+    ),
+}
 """{kind of file: description and command}."""
 
 

@@ -8,7 +8,6 @@ from nicegui import events, ui
 
 from layerjam.brake.commands.arguments import ATMOSPHERE
 from layerjam.core.command.declare import PYTHON_ONLY, Help, OutFile, Parameter, Progress
-from layerjam.core.errors import LayerjamError
 from layerjam.core.units import usual_unit
 from layerjam.workbench.call import Options, parameters
 from layerjam.workbench.controls import add_unit, on_submit
@@ -21,9 +20,9 @@ from layerjam.workbench.widgets import (
     dress,
     drop_area,
     field,
+    find_error,
     fold,
     hint,
-    one_line,
     select,
 )
 
@@ -96,12 +95,8 @@ class OtherInputs:
         else:
             box = self._build_text_field(p, ident, label)
         empty: Any = False if p.type is bool else ""
-
-        def fill_fields(change: str) -> None:
-            if change == "undo":
-                box.set_value(self.desk.get(self.page.name, p.name, empty))
-
-        self.desk.add_watcher(fill_fields)
+        read = partial(self.desk.get, self.page.name, p.name, empty)
+        self.desk.add_watcher(lambda _: box.set_value(read()), "undo")
 
     def _put_option(self, p: Parameter, event: events.ValueChangeEventArguments[Any]) -> None:
         self.desk.put_setting(self.page.name, p.name, event.value or "")
@@ -155,8 +150,4 @@ class OtherInputs:
 
 def find_refusal(p: Parameter, value: Any) -> str:
     """Return the reason why a command rejects a value; empty if it accepts it."""
-    try:
-        p.read(value, {}, [])
-    except LayerjamError as err:
-        return one_line(err)
-    return ""
+    return find_error(p.read, value, {}, [])

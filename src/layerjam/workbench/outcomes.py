@@ -1,7 +1,6 @@
 """Outcomes of pulls as sentences; the pages' modules describe drops and controllers."""
 
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,20 +16,18 @@ def describe_pull(result: Any) -> str:
     return words(show(float(np.max(result.record.elongation)), "m"))
 
 
-PULLS: Mapping[str, Callable[[str], str]] = MappingProxyType(
-    {
-        "FINISHED": lambda end: f"Pulled to {end}; the brake held together.",
-        "SEPARATED": lambda end: f"The sheets came apart at {end}: the overlap was used up.",
-        "SNAPS": lambda end: (
-            f"The brake snaps at {end}: its force falls with slip faster than the "
-            "pulling spring relaxes."
-        ),
-        "CLOSED_BY_SLEEVE": lambda _: (
-            "During unloading, the enclosure pulled the brake back: friction no longer held it."
-        ),
-        "BOTTOMED_OUT": lambda end: f"Pulled to the end of the travel, {end}.",
-    }
-)
+PULLS: Mapping[str, Callable[[str], str]] = {
+    "FINISHED": lambda end: f"Pulled to {end}; the brake held together.",
+    "SEPARATED": lambda end: f"The sheets came apart at {end}: the overlap was used up.",
+    "SNAPS": lambda end: (
+        f"The brake snaps at {end}: its force falls with slip faster than the "
+        "pulling spring relaxes."
+    ),
+    "CLOSED_BY_SLEEVE": lambda _: (
+        "During unloading, the enclosure pulled the brake back: friction no longer held it."
+    ),
+    "BOTTOMED_OUT": lambda end: f"Pulled to the end of the travel, {end}.",
+}
 """{outcome: function that returns its sentence, given the travel}."""
 
 

@@ -17,7 +17,7 @@ from layerjam.workbench.charts import chart_options
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pins import add_pin, make_call, make_pin, make_pin_labels, toggle_file_pin
 from layerjam.workbench.state import MEASURED, Pin
-from layerjam.workbench.widgets import Alert, button, chart, dress, one_line
+from layerjam.workbench.widgets import Alert, button, chart, dress, find_error, one_line
 
 
 class Panel:
@@ -133,7 +133,7 @@ class Panel:
 
     def pin_answer(self, **more: str) -> None:
         """Pin the displayed answer; `more` contains additional options for the pin."""
-        self._try_action(partial(self._pin_current_answer, more))
+        self._alert.show_error(find_error(self._pin_current_answer, more))
 
     def _pin_current_answer(self, extra: Mapping[str, str]) -> None:
         if self.shown is None:
@@ -143,15 +143,7 @@ class Panel:
 
     def pin_file(self, key: str) -> None:
         """Pin a dropped file's curve, or unpin it."""
-        self._try_action(partial(toggle_file_pin, self._desk, key))
-
-    def _try_action(self, act: Callable[[], None]) -> None:
-        try:
-            act()
-        except LayerjamError as err:
-            self._alert.show_error(one_line(err))
-        else:
-            self._alert.show_error("")
+        self._alert.show_error(find_error(toggle_file_pin, self._desk, key))
 
     def remove_pin(self, pin: Pin) -> None:
         """Remove a pin."""

@@ -28,19 +28,17 @@ FACTS = ("vacuum", "normal_force", "speed")
 """Conditions for which a value is proposed."""
 NEEDED = MappingProxyType({FRICTION: "normal_force", CALIBRATE: "vacuum", VALIDATE: "vacuum"})
 """{use of a file: metadata entry that it requires}."""
-CLICKS = MappingProxyType(
-    {
-        "columns": "Click the headers of the force and elongation columns",
-        "force-sign": "If this machine counts tension as negative, click the header of the force "
-        "column and choose 'reverse its sign'",
-        "elongation-sign": "If this machine counts elongation as negative, click the header of the "
-        "elongation column and choose 'reverse its sign'",
-        "decimal": "Choose the decimal separator",
-        "specimen": "Choose a specimen",
-        "sheet": "Choose a worksheet",
-        "speed": "Enter the crosshead speed, or click the header of the elongation column",
-    }
-)
+CLICKS: Mapping[str, str] = {
+    "columns": "Click the headers of the force and elongation columns",
+    "force-sign": "If this machine counts tension as negative, click the header of the force "
+    "column and choose 'reverse its sign'",
+    "elongation-sign": "If this machine counts elongation as negative, click the header of the "
+    "elongation column and choose 'reverse its sign'",
+    "decimal": "Choose the decimal separator",
+    "specimen": "Choose a specimen",
+    "sheet": "Choose a worksheet",
+    "speed": "Enter the crosshead speed, or click the header of the elongation column",
+}
 """{information that a reader requests: instruction on the page}."""
 NEAR_HIGHEST = 0.97
 """Fraction of the highest vacuum above which a pull counts as one at the highest vacuum."""

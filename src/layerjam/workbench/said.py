@@ -28,14 +28,12 @@ from layerjam.workbench.proposals import (
 )
 
 PAGE, FILES = "laboratory", "files"
-ROLES = MappingProxyType(
-    {
-        FRICTION: "friction test",
-        CALIBRATE: "calibration pull",
-        VALIDATE: "validation pull",
-        ASIDE: "exclude",
-    }
-)
+ROLES = {
+    FRICTION: "friction test",
+    CALIBRATE: "calibration pull",
+    VALIDATE: "validation pull",
+    ASIDE: "exclude",
+}
 UNITS = MappingProxyType({"vacuum": "kPa", "normal_force": "N", "speed": "mm/s"})
 """Unit of a condition that is typed as a bare number."""
 LISTS = ("negative", "column")

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from nicegui import ui
@@ -33,14 +32,12 @@ _LABEL = "font: 600 13px sans-serif; color: var(--stack-ink); white-space: nowra
 Point = tuple[float, float, float]
 
 
-VIEWS = MappingProxyType(
-    {
-        "whole": (-0.5, -0.72, 0.45),
-        "left end": (-0.95, -0.42, 0.32),
-        "right end": (0.95, -0.42, 0.32),
-        "side": (0.0, -1.22, 0.0),
-    }
-)
+VIEWS = {
+    "whole": (-0.5, -0.72, 0.45),
+    "left end": (-0.95, -0.42, 0.32),
+    "right end": (0.95, -0.42, 0.32),
+    "side": (0.0, -1.22, 0.0),
+}
 """Directions from which the brake is seen."""
 
 
@@ -267,18 +264,14 @@ class StackView(CameraView):
         self.scene.describe_scene(words)
         with self.scene.batch_changes():
             for box in stack.boxes:
-                self._place_box(box)
+                if box.name not in self._boxes:
+                    self._boxes[box.name] = Slab(box.color, box.opacity)
+                self._boxes[box.name].scale(*box.size).move(*box.centre)
             for name, text, place in stack.labels:
                 self._write_label(name, text, place)
             for name in {*self._boxes} - {box.name for box in stack.boxes}:
                 self._boxes.pop(name).delete()
         self.enclose_box(stack.low, stack.high)
-
-    def _place_box(self, box: Box) -> None:
-        thing = self._boxes.get(box.name)
-        if thing is None:
-            thing = self._boxes[box.name] = Slab(box.color, box.opacity)
-        thing.scale(*box.size).move(*box.centre)
 
     def _write_label(self, name: str, text: str, place: Point) -> None:
         old = self._labels.get(name)

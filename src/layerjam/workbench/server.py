@@ -225,23 +225,17 @@ def serve(*, host: str, port: int, show: bool, token: str | None = None) -> None
         Appearing.interrupted = False
 
 
-def _load_code() -> None:
-    """Load the code of the first page, while the browser loads the page."""
+def _make_first_page() -> Any:
+    """Return the first page, whose code is loaded while the browser loads the page."""
     from layerjam.workbench.desk import Desk
     from layerjam.workbench.pages.start import Start
 
-    Start(Desk())
-
-
-def _compute_first_result() -> None:
-    from layerjam.workbench.desk import Desk
-    from layerjam.workbench.pages.start import Start
-
-    Start(Desk()).compute()
+    return Start(Desk())
 
 
 prepare_first_page = Preparation(
-    loading_the_numerical_code=_load_code, computing_the_first_pull=_compute_first_result
+    loading_the_numerical_code=_make_first_page,
+    computing_the_first_pull=lambda: _make_first_page().compute(),
 )
 
 

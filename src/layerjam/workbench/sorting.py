@@ -40,7 +40,17 @@ from layerjam.workbench.said import (
 from layerjam.workbench.spoken import page_text
 from layerjam.workbench.tables import html_table
 from layerjam.workbench.uploads import Upload
-from layerjam.workbench.widgets import Alert, button, dress, field, heading, hint, one_line, select
+from layerjam.workbench.widgets import (
+    Alert,
+    button,
+    dress,
+    field,
+    find_error,
+    heading,
+    hint,
+    one_line,
+    select,
+)
 
 MAX_ROWS = 12
 """Maximum number of files with their own fields; a table lists the others."""
@@ -288,12 +298,7 @@ class Sorting:
         edits: dict[str, dict[str, str]] = {}
         for item in self.proposals:
             edit = self._combined_edit(item)
-            lacking = self._missing_entry(item)
-            if not lacking:
-                try:
-                    check_edit(edit)
-                except LayerjamError as err:
-                    lacking = one_line(err)
+            lacking = self._missing_entry(item) or find_error(check_edit, edit)
             if lacking:
                 self._problems[item.key] = lacking
             else:

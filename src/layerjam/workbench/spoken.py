@@ -5,26 +5,22 @@ name their control. This module lists flags with a different name, or without a 
 """
 
 import re
-from types import MappingProxyType
+from collections.abc import Mapping
 
-FREE = MappingProxyType(
-    {
-        "": "nothing more",
-        "pressure_exponent": "pressure exponent",
-        "speed": "speed",
-        "force_offset": "force offset",
-    }
-)
+FREE: Mapping[str, str] = {
+    "": "nothing more",
+    "pressure_exponent": "pressure exponent",
+    "speed": "speed",
+    "force_offset": "force offset",
+}
 """{additional fitted quantity: its name in the laboratory}."""
-OTHERWISE = MappingProxyType(
-    {
-        "accept-stick-slip": "Stick–slip",
-        "standard": "Evaluate friction tests as",
-        "free": "Also fit (whole curves)",
-        "depth": "Calibrate on",
-        "no-brake": "No brake",
-    }
-)
+OTHERWISE: Mapping[str, str] = {
+    "accept-stick-slip": "Stick–slip",
+    "standard": "Evaluate friction tests as",
+    "free": "Also fit (whole curves)",
+    "depth": "Calibrate on",
+    "no-brake": "No brake",
+}
 """{option: name of its control, if it differs}."""
 PHRASES = (
     (r"tensile --model stack", "'sheet by sheet' model of a pull"),

@@ -4,9 +4,8 @@ import base64
 import binascii
 import json
 import zlib
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
-from types import MappingProxyType
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
@@ -20,19 +19,17 @@ MEASURED = "measured"
 """Command of a pin for a dropped file: its subject is the file's key."""
 SHARED = "desk"
 """Name under which the settings that pages share are stored."""
-SAME = MappingProxyType(
-    {
-        "vacuum": (
-            ("start", "vacuum"),
-            ("pull", "vacuum"),
-            ("drop", "vacuum"),
-            ("vacuum", "target"),
-            ("design", "vacuum"),
-            ("design", "ours"),
-            ("brake", "vacuum"),
-        )
-    }
-)
+SAME: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "vacuum": (
+        ("start", "vacuum"),
+        ("pull", "vacuum"),
+        ("drop", "vacuum"),
+        ("vacuum", "target"),
+        ("design", "vacuum"),
+        ("design", "ours"),
+        ("brake", "vacuum"),
+    )
+}
 """{shared setting: the controls (page, key) that show and set it}."""
 
 

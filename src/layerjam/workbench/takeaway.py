@@ -85,11 +85,8 @@ def add_exports(ident: str, chart: ui.echart, source: Callable[[], Exportable | 
             act = partial(export, f".{ending}", methodcaller("figure", ending))
             button(ending.upper(), act, f"{ident}-figure-{ending}", look=QUIET, tip=tip)
         tip = "All curves of the chart, as drawn"
-
-        def format_curves(item: Exportable) -> str:
-            return curves_csv(chart.options, item.failures)
-
-        curves = partial(export, "-curves.csv", format_curves, "text/csv")
+        make = lambda item: curves_csv(chart.options, item.failures)  # noqa: E731
+        curves = partial(export, "-curves.csv", make, "text/csv")
         button("curves as CSV", curves, f"{ident}-curves", look=QUIET, tip=tip)
         tip = "Python code that computes and draws the chart"
         button("Python", show_python, f"{ident}-python", look=QUIET, tip=tip)

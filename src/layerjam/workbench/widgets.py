@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from nicegui import events, ui
 
+from layerjam.core.errors import LayerjamError
 from layerjam.core.units import show
 from layerjam.workbench import live
 from layerjam.workbench.certainty import basis_html, interval_meaning, interval_text
@@ -57,6 +58,15 @@ def heading(text: str, level: int = 2, ident: str = "") -> ui.label:
     element = dress(ui.label(text), ident, f"heading heading-{level}")
     element.tag = f"h{level}"
     return element
+
+
+def find_error(act: Callable[..., object], *args: Any) -> str:
+    """Do an action and return its error as one line, or an empty text."""
+    try:
+        act(*args)
+    except LayerjamError as error:
+        return one_line(error)
+    return ""
 
 
 class Alert(ui.label):

@@ -6,6 +6,7 @@ import math
 import os
 import time
 from collections.abc import Iterator
+from functools import partial
 from importlib.util import find_spec
 
 import pytest
@@ -17,7 +18,7 @@ from layerjam.bench.control.plant import Plant
 from layerjam.bench.control.settings import Regulator
 from layerjam.bench.rig.address import Address, address_of
 from layerjam.bench.rig.board import VirtualBoard, connect, interpreter_command
-from layerjam.bench.rig.line import Line, LineError, Pipes
+from layerjam.bench.rig.line import ChildEnds, Line, LineError
 from layerjam.bench.rig.virtual_plant import Hardware, VirtualPlant, read_hardware
 from layerjam.brake.fluid.line import Sensor
 from layerjam.core.errors import LayerjamError
@@ -196,7 +197,8 @@ def test_an_address_is_what_was_typed() -> None:
 def test_a_python_prompt_is_named() -> None:
     heard, said = os.pipe()
     back = os.pipe()
-    line = Line(Pipes(heard, back[1], lambda: None), "serial:x")
+    read, write = partial(os.read, heard), partial(os.write, back[1])
+    line = Line(ChildEnds(heard, read, write, lambda: None), "serial:x")
     os.write(said, b"MicroPython v1.25\r\n>>> ")
     with pytest.raises(LineError, match="not running"):
         line.ask(1, b"*IDN?")

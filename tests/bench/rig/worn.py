@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
+from typing import Any
 
 import pytest
 
-from layerjam.bench.rig.line import Pipes
+from layerjam.bench.rig.line import ChildEnds
 
 
-class Worn(Pipes):
+class Worn(ChildEnds):
     """One byte in `one_in` goes wrong; `spoilt` counts them, `passed` all."""
 
     one_in = 1000
     kinds = ("changed", "lost", "doubled")
 
-    def __init__(self, incoming: int, outgoing: int, closing: Callable[[], None]) -> None:
-        super().__init__(incoming, outgoing, closing)
+    def __post_init__(self) -> None:
         self.draw = random.Random(24)
         self.passed = self.spoilt = 0
 
@@ -45,9 +44,9 @@ def lay(monkeypatch: pytest.MonkeyPatch) -> list[Worn]:
     """Every virtual board is behind such a line from now on; the lines made."""
     made: list[Worn] = []
 
-    def worn(incoming: int, outgoing: int, closing: Callable[[], None]) -> Worn:
-        made.append(Worn(incoming, outgoing, closing))
+    def worn(*parts: Any) -> Worn:
+        made.append(Worn(*parts))
         return made[-1]
 
-    monkeypatch.setattr("layerjam.bench.rig.child.Pipes", worn)
+    monkeypatch.setattr("layerjam.bench.rig.child.ChildEnds", worn)
     return made

@@ -77,10 +77,7 @@ def bench_clear(address: BenchAddress) -> BenchCleared:
     with open_bench(address) as bench:
         fault = bench.fault
         bench.clear()
-        state = bench.status()
-        return BenchCleared(
-            fault=fault, state=state.state, vacuum=state.vacuum, simulated=state.simulated
-        )
+        return BenchCleared.create(bench.status(), fault=fault)
 
 
 @command("bench", parent="bench")
@@ -107,11 +104,9 @@ def bench_serve(
     results: list[BenchServed] = []
 
     def announce_server(server: "Listening") -> None:
-        result = BenchServed(
-            listening=f"{server.host}:{server.port}", pid=server.pid, address=server.address
-        )
-        results.append(result)
-        keys = {"listening": result.listening, "pid": result.pid, "address": result.address}
+        keys: dict[str, Any] = {"listening": f"{server.host}:{server.port}", "pid": server.pid}
+        keys["address"] = server.address
+        results.append(BenchServed(**keys))
         print(json.dumps(keys), flush=True)
         print(f"PyVISA: {server.visa_resource}", file=sys.stderr, flush=True)
 
@@ -125,11 +120,10 @@ class BoardWiring(Result):
 
     board: str = fact("name of the board")
     pins: Sequence[Any] = fact(
-        "for each wire: socket pin, label, purpose, parts and other end",
-        listed=False,
+        "for each wire: socket pin, label, purpose, parts and other end", listed=False
     )
     margins: Sequence[Any] = fact(
-        ("worst cases of the electronics: name, value, unit, allowed minimum and maximum"),
+        "worst cases of the electronics: name, value, unit, allowed minimum and maximum",
         listed=False,
     )
     parts: Sequence[Any] = fact(

@@ -139,14 +139,8 @@ def bench_faults(
     from layerjam.bench.rig.kinds import KINDS, NOT_HERE, NOTHING
 
     names = [only] if isinstance(only, str) else list(only)
-    record = campaign(
-        address,
-        only=names,
-        runs=int(runs),
-        seed=int(seed),
-        mismatch=mismatch,
-        progress=progress,
-    )
+    options: dict[str, Any] = {"only": names, "mismatch": mismatch, "progress": progress}
+    record = campaign(address, runs=int(runs), seed=int(seed), **options)
     healthy = [trial for trial in record.trials if trial.plan.name == NOTHING]
     rows = [
         summarise_fault(name, kind_trials)
@@ -174,14 +168,14 @@ def bench_faults(
 def summarise_fault(name: str, trials: "Sequence[Trial]") -> Row:
     """Return a row that summarises the runs of one fault, with the worst run in full."""
     worst = max(trials, key=lambda trial: trial.deadline_ratio)
-    misses = sum(not trial.is_met for trial in trials)
+    misses, time_named = sum(not trial.is_met for trial in trials), worst.named_after
     return {
         "fault": name,
         "text": worst.plan.kind.text,
         "onset": worst.onset,
         "named": dict(Counter(trial.named for trial in trials if trial.named).most_common()),
         "safe_after": worst.safe_after,
-        "named_after": _finite_or_none(worst.named_after),
+        "named_after": time_named if time_named is not None and math.isfinite(time_named) else None,
         "deadline": worst.deadline,
         "met": not misses,
         "vacuum_after": worst.vacuum_after,
@@ -190,10 +184,6 @@ def summarise_fault(name: str, trials: "Sequence[Trial]") -> Row:
         "missed": misses,
         "worst_run": worst.plan.number,
     }
-
-
-def _finite_or_none(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
 
 
 @command("develop", parent="bench")
@@ -216,12 +206,6 @@ def bench_soak(
 
     address = line if ":" in line else f"sim:{line}"
     record = soak(address, kind=kind, hours=float(hours), seed=int(seed), progress=progress)
-    notices = []
-    if record.heap_growth is None:
-        notices.append(
-            Notice(
-                (f"{record.board} does not report its memory use, so heap growth is unknown"),
-                "memory-unknown",
-            )
-        )
+    text = f"{record.board} does not report its memory use, so heap growth is unknown"
+    notices = [Notice(text, "memory-unknown")] if record.heap_growth is None else []
     return Soak.create(record, warnings=notices)

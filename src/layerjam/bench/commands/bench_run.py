@@ -58,16 +58,10 @@ class DropRigOptions:
             if (name := next(names, None)) is not None:
                 raise QuantityError.of(name.replace("_", " "), "only valid for a drop; add --shot")
             return None
-        capture: dict[str, Any] = {}
-        if self.trigger_level is not None:
-            capture["level"] = self.trigger_level
-        return DropRig(
-            capture=capture,
-            file=brake,
-            mass=self.mass,  # type: ignore[arg-type]
-            speed=self.speed,  # type: ignore[arg-type]
-            rope_stiffness=self.rope_stiffness,  # type: ignore[arg-type]
-        )
+        capture = {} if self.trigger_level is None else {"level": self.trigger_level}
+        numbers: dict[str, Any] = {"mass": self.mass, "speed": self.speed}
+        numbers["rope_stiffness"] = self.rope_stiffness
+        return DropRig(capture=capture, file=brake, **numbers)
 
 
 RECORDED = QuantitySpec("s", "recording time, by the board's clock", lo=0.1, hi=1e8, example="60s")
@@ -334,14 +328,8 @@ def bench_log(
     """
     from layerjam.bench.rig.recorder import record_log
 
-    record = record_log(
-        str(address),
-        out,
-        duration=duration,
-        resume=resume,
-        overwrite=overwrite,
-        say=_report,
-    )
+    options: dict[str, Any] = {"duration": duration, "resume": resume, "overwrite": overwrite}
+    record = record_log(str(address), out, say=_report, **options)
     notices = simulation_notice(record.simulated) + companion_notice(Path(record.file))
     return RunLogged.create(record, warnings=notices, record=record)
 

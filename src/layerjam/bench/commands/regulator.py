@@ -1,5 +1,6 @@
 """Regulator of a vacuum line from command options, and its plant from a recorded step."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -61,10 +62,7 @@ class RecordedStep:
 
     step: Annotated[
         str | Path | None,
-        Help(
-            ("Log of the real line with the pump at full power, to tune the controller."),
-            metavar="FILE",
-        ),
+        Help("Log of the real line with the pump at full power, to tune the controller.", "FILE"),
     ] = None
     reading: Annotated[
         Literal["absolute", "gauge", "vacuum"] | None,
@@ -82,19 +80,9 @@ def make_regulator(
     file: LineFile, vacuum: float, settings: RegulatorSettings
 ) -> tuple[Regulator, list[Notice]]:
     """Return a controller for a line linearised at a vacuum [Pa], and its assumptions."""
-    notices = [*file.warnings()]
     plant = linearise_line(file.line, vacuum=vacuum, water=settings.fluid == "water")
     sensor = make_sensor(file, settings.sensor_range, settings.noise)
-    if not plant.vent or file.line.valve is None:
-        notices.append(
-            Notice(
-                f"{file.name} has no valve: it is vented by running the pumps backwards, "
-                "so a pump fault prevents release",
-                "no-valve",
-            )
-        )
-    notices += _omission_notices(file, plant)
-    run = settings.least_run
+    notices, run = [*file.warnings(), *_omission_notices(file, plant)], settings.least_run
     regulator = Regulator(
         plant=plant,
         sensor=sensor,
@@ -112,37 +100,34 @@ def make_sensor(file: LineFile, span: float | None, noise: float | None = None) 
     """Return a line's sensor with a given range and noise [Pa]; a missing range is an error."""
     if file.line.sensor is None and span is None:
         raise QuantityError.of(
-            "sensor",
-            (f"{file.name} has no sensor; give the range of yours (--sensor-range)"),
+            "sensor", f"{file.name} has no sensor; give the range of yours (--sensor-range)"
         )
     return replace(file.line.sensor or Sensor(range=1.0), **_known_options(range=span, noise=noise))
 
 
-def _omission_notices(file: LineFile, plant: Plant) -> list[Notice]:
-    """Return notices about the effects of tube and reservoir that the loop neglects."""
-    line, notices = file.line, []
+def _omission_notices(file: LineFile, plant: Plant) -> Iterator[Notice]:
+    """Yield notices about a missing valve, and effects of tube and reservoir that are neglected."""
+    line = file.line
+    if not plant.vent or line.valve is None:
+        yield Notice(
+            f"{file.name} has no valve: it is vented by running the pumps backwards, "
+            "so a pump fault prevents release",
+            "no-valve",
+        )
     if plant.water and line.tube is not None:
-        notices.append(ONLY_COMPLIANCE)
+        yield ONLY_COMPLIANCE
     if plant.passage is not None and line.tube is not None and line.tube.cells:
         delay = wave_delay(line.tube, line.polytropic)
-        notices.append(
-            Notice(
-                "tube: its resistance and gas are modelled, its cells are not; a pressure wave "
-                f"takes {show(delay, 's')}",
-                "tube-waves",
-            )
+        yield Notice(
+            "tube: its resistance and gas are modelled, its cells are not; a pressure wave "
+            f"takes {show(delay, 's')}",
+            "tube-waves",
         )
     if line.reservoir is not None:
-        notices.append(
-            Notice(
-                (
-                    "reservoir: its valve stays closed, because the controller acts only on "
-                    "pump and vent"
-                ),
-                "reservoir-closed",
-            )
+        yield Notice(
+            "reservoir: its valve stays closed, because the controller acts only on pump and vent",
+            "reservoir-closed",
         )
-    return notices
 
 
 def _known_options(**values: Any) -> dict[str, Any]:

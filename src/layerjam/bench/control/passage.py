@@ -91,10 +91,8 @@ class Passage:
         The lower the pressure and the slower the pump, the longer the delay.
         """
         a = self.atmosphere
-        vacuum, command = (
-            np.linspace(0.0, min(self.vacuum, owed.top), GRID),
-            _pump_commands(switched),
-        )
+        vacuum = np.linspace(0.0, min(self.vacuum, owed.top), GRID)
+        command = _pump_commands(switched)
         delay = self.pump_lag(command * rate, a - vacuum) - self.pump_lag(rate, a)
         return float((owed.rise_at(vacuum, command) * delay).max())
 

@@ -119,10 +119,8 @@ def predict_spread(
     high = float(np.quantile(peak[stands], 0.95)) if stands.any() else float("nan")
     pace_left = float(np.nanmean(pace)) if np.isfinite(pace).any() else 0.0
     least_error = 0.5 / mass.shape[1]  # all hypercubes use the same quantiles
-    late_share, out = (
-        _mean_and_error(exceeds.mean(axis=1), least_error),
-        _mean_and_error((~stands).mean(axis=1), least_error),
-    )
+    late_share = _mean_and_error(exceeds.mean(axis=1), least_error)
+    out = _mean_and_error((~stands).mean(axis=1), least_error)
     return Spread(
         *_mean_and_error(peaks, 0.0), high, *late_share, *out, pace_left, mass.size, stop_samples
     )

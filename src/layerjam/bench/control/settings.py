@@ -170,9 +170,8 @@ class Regulator:
         """Excess over the target at which the vent opens [Pa]."""
         noise_limit = 2 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
         plant, tube = self.plant, self.plant.passage
-        if (
-            tube is not None
-        ):  # gas still flows into the emptied tube, so a small excess need not be vented
+        if tube is not None:
+            # gas still flows into the emptied tube, so a small excess need not be vented
             noise_limit += max(tube.rise_after_stop(tube.vacuum, plant.rate, plant.top), 0.0)
         return max(0.01 * self.plant.top, noise_limit) if self.vent_band is None else self.vent_band
 
@@ -301,10 +300,8 @@ class Regulator:
             return self.settle_time
         plant = self.plant.lumped_plant
         slow_vent, tube = 1 - self.tolerances.vent, self.plant.passage
-        decay, residual = (
-            slow_vent * plant.vent + plant.leak,
-            max(self.largest_zero - self.zero_error, 1.0),
-        )
+        decay = slow_vent * plant.vent + plant.leak
+        residual = max(self.largest_zero - self.zero_error, 1.0)
         lasting = max(math.log(2 * plant.top / residual), 0.0)
         # through a tube, the decay ends as an exponential that starts at twice the vacuum
         through = 0.0 if tube is None else (lasting + math.log(2)) * tube.filling_time(0.0)

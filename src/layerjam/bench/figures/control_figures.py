@@ -182,10 +182,8 @@ def _draw_rise(axes: style.Axes, plan: "Plan") -> None:
     axes.set(xlabel="time since the warning [s]", ylabel="vacuum [kPa]")
     style.add_point(axes, time[-1], vacuum[-1], color=BLUE, clip_on=False)
     words = [(f"{show(plan.reached, 'Pa', 3)} reached in time", BLUE)]
-    headline, detail = (
-        "Vacuum available in time",
-        "no vacuum at the site stops it within the travel",
-    )
+    headline = "Vacuum available in time"
+    detail = "no vacuum at the site stops it within the travel"
     if limit is not None:
         enough, case = limit <= plan.reached, plan.case
         color = GREEN if enough else RED

@@ -188,13 +188,9 @@ def run_trial(bed: Bed, plan: Plan) -> Trial:
         deadline=deadline if math.isfinite(deadline) else None,
         vacuum_after=observer.vacuum if observer else math.nan,
         doubted_after=observer.last_opening_time(VENTS, VENT_WINDOW) if observer else None,
-        lost_after=_elapsed_time(observer.lost, observer.event) if observer else None,
+        lost_after=observer.lost_after if observer else None,
         trouble=trouble,
     )
-
-
-def _elapsed_time(time: float | None, event: float | None) -> float | None:
-    return None if time is None or event is None else time - event
 
 
 def _inject_fault(bench: Bench, board: VirtualBoard, observer: Observer) -> int | None:

@@ -202,7 +202,8 @@ def _inspect_bench(bench: Bench) -> Checked:
     rise, decay = _measure_pump(bench, 0)
     change = float(np.mean(decay[1][-5:])) - zero
     if abs(change) < threshold:
-        is_inverted = _measure_vented_rise(bench, zero) > threshold
+        (_, readings), _ = _measure_pump(bench, 1)  # with the vent commanded to open
+        is_inverted = float(np.max(readings)) - zero > threshold
         return Checked(**values, wiring=("vent-inverted" if is_inverted else "pump-does-nothing",))
     if change < 0.0:
         return Checked(**values, wiring=("pump-reversed",))
@@ -260,12 +261,6 @@ def _measure_pump(bench: Bench, vent: int) -> tuple[tuple[Array, Array], tuple[A
     bench.off()
     rise = _drive_outputs(bench, 1.0, vent, PUMPED, limit=5.0)
     return rise, _drive_outputs(bench, 0.0, 0, HELD)
-
-
-def _measure_vented_rise(bench: Bench, zero: float) -> float:
-    """Return the vacuum [Pa] that the pump reaches while the vent is commanded to open."""
-    (_, readings), _ = _measure_pump(bench, 1)
-    return float(np.max(readings)) - zero
 
 
 def delayed_decay(time: Array, rate: float, lag: float) -> Array:
@@ -358,12 +353,7 @@ def _judge_bench(data: Checked, plant: Plant | None, lag: float, tune: bool) -> 
     line_values = None
     if plant is not None:
         model = plant.lumped_plant
-        line_values = {
-            "rate": model.rate,
-            "top": model.top,
-            "leak": model.leak,
-            "vent": model.vent,
-        }
+        line_values = {key: getattr(model, key) for key in ("rate", "top", "leak", "vent")}
         line_values["lag"] = lag + plant.tube_lag
     if not reasons and data.rate is not None and data.leak is not None:
         if data.leak >= data.rate:

@@ -10,8 +10,9 @@ import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
-from layerjam.bench.rig.line import Ends, LineError, Pipes, Sockets
+from layerjam.bench.rig.line import ChildEnds, Ends, LineError
 
 PIPES = sys.platform != "win32"
 """Whether this system can connect the virtual board by pipes."""
@@ -44,8 +45,7 @@ def start_child(command: Sequence[str], words: Sequence[str], closing: Callable[
 
     `closing` is called when `Child.line` is closed. Raises LineError if the child does not connect.
     """
-    join = _use_pipes if has_pipes() else _use_sockets
-    return join(command, words, closing)
+    return (_use_pipes if has_pipes() else _use_sockets)(command, words, closing)
 
 
 def _use_pipes(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
@@ -62,15 +62,11 @@ def _use_pipes(command: Sequence[str], words: Sequence[str], closing: Callable[[
     )
     for descriptor in (to_board[0], from_board[1], line_in[0], line_out[1]):
         os.close(descriptor)
-    return Child(
-        process,
-        Pipes(line_out[0], line_in[1], closing),
-        (line_out[0], line_in[1]),
-        lambda size: os.read(from_board[0], size),
-        lambda data: os.write(to_board[1], data),
-        lambda: _close_descriptors(from_board[0], to_board[1]),
-        lambda: _close_descriptors(line_out[0], line_in[1]),
-    )
+    pipes = [(from_board[0], to_board[1]), (line_out[0], line_in[1])]
+    (receive, send), line = ((partial(os.read, a), partial(os.write, b)) for a, b in pipes)
+    leave, hang_up = (partial(_close_descriptors, *ends) for ends in pipes)
+    ends = ChildEnds(pipes[1][0], *line, closing)
+    return Child(process, ends, pipes[1], receive, send, leave, hang_up)
 
 
 def _close_descriptors(*descriptors: int) -> None:
@@ -98,10 +94,8 @@ def _use_sockets(
             process.kill()
             process.wait()
             raise LineError("the virtual board's process did not start") from None
-    ends = (line.fileno(), line.fileno())
-    return Child(
-        process, Sockets(line, closing), ends, plant.recv, plant.sendall, plant.close, line.close
-    )
+    ends, numbers = ChildEnds(line, line.recv, line.sendall, closing), (line.fileno(),) * 2
+    return Child(process, ends, numbers, plant.recv, plant.sendall, plant.close, line.close)
 
 
 def _accept_child(door: socket.socket, token: str) -> socket.socket:

@@ -125,11 +125,9 @@ def collect(bench: Bench, patience: float = 60.0) -> Shot:
             raise CaptureError("no capture is armed or running; arm it first")
         if time.monotonic() > end:
             bench.tell("ABOR")
-            reason = (
-                "the capture was not triggered"
-                if state.state == "WAITING"
-                else ("the record did not finish")
-            )
+            reason = "the record did not finish"
+            if state.state == "WAITING":
+                reason = "the capture was not triggered"
             raise CaptureError(f"no record of the accelerometer within {patience:g} s: {reason}")
         time.sleep(PAUSE)
     shot = pending_shot(bench, state)

@@ -378,7 +378,10 @@ def execute(
                 file.close()
                 raise
         finally:
-            _unlock_bench(bench, lease_before)
+            # restore the lease and release the lock if the connection still works
+            with contextlib.suppress(LayerjamError):
+                bench.lease = lease_before
+                bench.unlock()
     return result
 
 
@@ -409,13 +412,6 @@ def _run_and_close(bench: Bench, file: RunFile, running: Execution) -> RunResult
         simulated=meta["simulated"] != "0",
         shots=None if running.shots is None else running.shots.summary(first),
     )
-
-
-def _unlock_bench(bench: Bench, lease: float) -> None:
-    """Release the lock and restore the lease [s] if the connection still works."""
-    with contextlib.suppress(LayerjamError):
-        bench.lease = lease
-        bench.unlock()
 
 
 class ProcedureBench(Bench):

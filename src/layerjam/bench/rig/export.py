@@ -58,13 +58,11 @@ def export(
     if start is not None or end is not None:
         run_ = run_.between(start, end)
     shot_files = {} if ending == ".nc" else {shot_path(out, s): s for s in run_.shots}
-    if (existing := next((path for path in shot_files if path.exists()), None)) and not overwrite:
+    beside = [*shot_files, sidecar_path(out)] if ending == ".csv" else shot_files
+    if (existing := next((path for path in beside if path.exists()), None)) and not overwrite:
         raise FileError(existing, "already exists; --overwrite replaces it")
     sidecar = None
     if ending == ".csv":
-        sidecar_file = sidecar_path(out)
-        if sidecar_file.exists() and not overwrite:
-            raise FileError(sidecar_file, "already exists; --overwrite replaces it")
         store_file(out, format_run_csv(run_), overwrite)
         sidecar = write_facts(out, make_run_facts(run_), overwrite)
     elif ending == ".parquet":

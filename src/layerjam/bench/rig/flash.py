@@ -12,6 +12,7 @@ import os
 import re
 import time
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import TypeVar
 
@@ -142,12 +143,7 @@ def flash(
         return Flashed(board=board, image_sha256=digest, files=(), verified=False, identity=None)
     files = tuple(write_files(port, board, image_data, wiring))
     if image_data is not None:
-        write_image(
-            image_data,
-            wait_for(
-                find_drive, "the boot loader's drive did not appear; mount it, and give its path"
-            ),
-        )
+        write_image(image_data, retry_call(find_drive))
     identity, is_same_firmware = retry_call(lambda: check_identity(port, board))
     return Flashed(
         board=board, image_sha256=digest, files=files, verified=is_same_firmware, identity=identity
@@ -159,7 +155,7 @@ def write_files(port: str, board: str, image: bytes | None, wiring: bytes | None
     if read_greeting(port):
         enter_prompt(port)
     prompt, ends = retry_call(lambda: open_prompt(port))
-    try:
+    with closing(ends):
         installed_hash = prompt.run_program(HELD).strip()
         files = {} if wiring is None else {"wired.json": wiring}
         if image is None and installed_hash != firmware_hash(board):
@@ -170,8 +166,6 @@ def write_files(port: str, board: str, image: bytes | None, wiring: bytes | None
             "import machine\n" + ("machine.bootloader()" if image else "machine.reset()") + "\n"
         )
         return list(files)
-    finally:
-        ends.close()
 
 
 def open_prompt(port: str) -> tuple[Prompt, Serial]:
@@ -186,13 +180,11 @@ def open_prompt(port: str) -> tuple[Prompt, Serial]:
 
 def read_greeting(port: str) -> str:
     """Return the firmware's response to `*IDN?`, or "" if the firmware is not running."""
-    line = Line(Serial(port), port)
-    try:
-        response = line.ask(1, b"*IDN?", tries=2).decode("ascii", "replace")
-    except LineError:
-        return ""
-    finally:
-        line.close()
+    with closing(Line(Serial(port), port)) as line:
+        try:
+            response = line.ask(1, b"*IDN?", tries=2).decode("ascii", "replace")
+        except LineError:
+            return ""
     if not response.startswith("layerjam,"):
         raise LineError(f"{port}: expected a layerjam board, got {response[:60]!r}")
     return response
@@ -200,26 +192,21 @@ def read_greeting(port: str) -> str:
 
 def enter_prompt(port: str) -> None:
     """Switch from running firmware to the prompt; raises LineError if this fails."""
-    line = Line(Serial(port), port)
-    try:
-        line.ask(1, b"SYST:MAIN", tries=1)
-        reason = line.ask(1, b"SYST:ERR?").decode("ascii", "replace")
-    except LineError:
-        return  # the board has restarted
-    finally:
-        line.close()
+    with closing(Line(Serial(port), port)) as line:
+        try:
+            line.ask(1, b"SYST:MAIN", tries=1)
+            reason = line.ask(1, b"SYST:ERR?").decode("ascii", "replace")
+        except LineError:
+            return  # the board has restarted
     raise LineError(f"{port}: the board did not leave its firmware: {reason}")
 
 
 def check_identity(port: str, board: str) -> tuple[str, bool]:
     """Return a running board's identity, and whether its firmware matches this package."""
-    line = Line(Serial(port), port)
-    try:
+    with closing(Line(Serial(port), port)) as line:
         identity = line.greet(2.0)
         firmware = line.ask(1, b"SYST:BOOT?").decode("ascii").split(",")[3].strip('"')
         return identity, bool(firmware) and firmware_hash(board).startswith(firmware)
-    finally:
-        line.close()
 
 
 def retry_call(ask: Callable[[], T]) -> T:
@@ -234,23 +221,13 @@ def retry_call(ask: Callable[[], T]) -> T:
             time.sleep(0.2)
 
 
-def find_drive() -> Path | None:
-    """Return the boot loader's drive, or None."""
+def find_drive() -> Path:
+    """Return the boot loader's drive; raises LineError if there is none."""
     for pattern in DRIVES:
         for place in glob.glob(pattern):
             if (Path(place) / MARK).is_file():
                 return Path(place)
-    return None
-
-
-def wait_for(look: Callable[[], Path | None], otherwise: str) -> Path:
-    """Return the path that `look` finds within PATIENCE; raises LineError if it finds none."""
-    end = time.monotonic() + PATIENCE
-    while (place := look()) is None:
-        if time.monotonic() > end:
-            raise LineError(f"{otherwise} as PORT")
-        time.sleep(0.2)
-    return place
+    raise LineError("the boot loader's drive did not appear; mount it, and give its path as PORT")
 
 
 def write_image(image: bytes, place: Path) -> None:

@@ -122,31 +122,18 @@ def _make_setter(**changes: object) -> Callable[[Case, VirtualPlant], None]:
     return inject
 
 
-def _inject_rail_fault(case: Case, plant: VirtualPlant) -> None:
-    value = math.copysign(case.regulator.sensor.range, case.size)
-    plant.injected = FaultInjection(sensor="rail", value=value)
+def _make_rail_fault(share: Callable[[Case], float]) -> Callable[[Case, VirtualPlant], None]:
+    """Return a function that fixes the sensor's output at a fraction of its range."""
 
+    def inject(case: Case, plant: VirtualPlant) -> None:
+        value = share(case) * case.regulator.sensor.range
+        plant.injected = FaultInjection(sensor="rail", value=value)
 
-def _disconnect_sensor(case: Case, plant: VirtualPlant) -> None:
-    share = -COUNTS[0] / COUNTS[1]  # the sensor's output is at zero counts
-    value = (2 * share - 1) * case.regulator.sensor.range
-    plant.injected = FaultInjection(sensor="rail", value=value)
+    return inject
 
 
 def _stick_vent_open(_: Case, plant: VirtualPlant) -> None:
     plant.injected = FaultInjection(leak=plant.behind.plant.vent)
-
-
-def _start_drift(case: Case, plant: VirtualPlant) -> None:
-    plant.drift = case.size
-
-
-def _stall_samples(case: Case, plant: VirtualPlant) -> None:
-    plant.stall = case.size
-
-
-def _sample_deadline(count: int) -> Callable[[Case], float]:
-    return lambda case: count * case.regulator.sample_time
 
 
 def _leak_deadline(case: Case) -> float:
@@ -178,13 +165,9 @@ def _open_vent_deadline(case: Case) -> float:
     return rise_time + case.promised_times["WEAK_PUMP"]
 
 
-def _lease_deadline(case: Case) -> float:
-    return case.lease + case.regulator.sample_time
-
-
-def _stall_deadline(case: Case) -> float:
-    """Return the time to the first sample after the gap, by which the outputs must be safe."""
-    return case.size + case.regulator.sample_time
+def _sample_deadline(elapsed: Callable[[Case], float]) -> Callable[[Case], float]:
+    """Return the deadline one sample after a time [s]."""
+    return lambda case: elapsed(case) + case.regulator.sample_time
 
 
 def _drift_deadline(case: Case) -> float:
@@ -198,15 +181,16 @@ def _drift_deadline(case: Case) -> float:
 
 
 _BREAKS: dict[str, Callable[[Case, VirtualPlant], None]] = {
-    "sensor-rail": _inject_rail_fault,
-    "sensor-disconnected": _disconnect_sensor,
-    "sensor-drift": _start_drift,
+    "sensor-rail": _make_rail_fault(lambda case: math.copysign(1.0, case.size)),
+    # the sensor's output is at zero counts
+    "sensor-disconnected": _make_rail_fault(lambda _: 2 * (-COUNTS[0] / COUNTS[1]) - 1),
+    "sensor-drift": lambda case, plant: setattr(plant, "drift", case.size),
     "pump-dead-holding": _make_injection("pump-dead"),
     "vent-stuck-open": _stick_vent_open,
     "vent-stuck-closed": _make_setter(injected=FaultInjection(vent=0.0)),
     "host-silent": _make_setter(),
     "host-deaf": _make_setter(),
-    "tick-late": _stall_samples,
+    "tick-late": lambda case, plant: setattr(plant, "stall", case.size),
     "e-stop": _make_setter(estop=True),
     "supply-low": _make_setter(supply_low=True),
 }
@@ -216,11 +200,11 @@ _PROMISES: dict[str, Callable[[Case], float]] = {
     "pump-dead-holding": _leak_deadline,
     "vent-stuck-open": _open_vent_deadline,
     "leak": _loss_deadline,
-    "host-silent": _lease_deadline,
-    "host-deaf": _lease_deadline,
-    "tick-late": _stall_deadline,
-    "e-stop": _sample_deadline(ESTOP_SAMPLES),
-    "supply-low": _sample_deadline(SUPPLY_SAMPLES),
+    "host-silent": _sample_deadline(lambda case: case.lease),
+    "host-deaf": _sample_deadline(lambda case: case.lease),
+    "tick-late": _sample_deadline(lambda case: case.size),
+    "e-stop": lambda case: ESTOP_SAMPLES * case.regulator.sample_time,
+    "supply-low": lambda case: SUPPLY_SAMPLES * case.regulator.sample_time,
 }
 """{fault: deadline}, for faults whose time the law does not guarantee."""
 
@@ -229,18 +213,16 @@ def _read_kinds() -> Iterator[tuple[str, FaultKind]]:
     """Yield (name, kind) of every fault in kinds.toml."""
     text = files("layerjam.bench.rig").joinpath("kinds.toml").read_text(encoding="utf-8")
     for name, row in tomllib.loads(text).items():
-        yield (
-            name,
-            FaultKind(
-                text=row["text"].format(offset=f"{OFFSET:g}"),
-                moments=tuple(row["moments"]),
-                answers=row["answers"],
-                breaks=_BREAKS.get(name) or _make_injection(name),
-                names=frozenset(row.get("names", [row["answers"]])),
-                promise=_PROMISES.get(name),
-                host=row.get("host", "talks"),
-            ),
+        kind = FaultKind(
+            text=row["text"].format(offset=f"{OFFSET:g}"),
+            moments=tuple(row["moments"]),
+            answers=row["answers"],
+            breaks=_BREAKS.get(name) or _make_injection(name),
+            names=frozenset(row.get("names", [row["answers"]])),
+            promise=_PROMISES.get(name),
+            host=row.get("host", "talks"),
         )
+        yield name, kind
 
 
 KINDS = dict(_read_kinds())
@@ -255,7 +237,5 @@ HEALTHY = FaultKind(
     promise=lambda _: math.inf,
     host="releases",
 )
-NOT_HERE = {
-    "core-locked": "a virtual board has no watchdog; the emulated board has one",
-}
+NOT_HERE = {"core-locked": "a virtual board has no watchdog; the emulated board has one"}
 """{fault in the specification that a virtual board cannot have: reason}."""

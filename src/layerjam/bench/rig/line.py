@@ -7,6 +7,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 from layerjam.bench.rig.frame import pack, parse_first_frame
@@ -46,45 +47,21 @@ class Ends(Protocol):
         """Close the line."""
 
 
-class Pipes:
-    """A line with two file descriptors; `closing` ends the process at the other end."""
+@dataclass
+class ChildEnds:
+    """A line to a subprocess: what `select` watches, its two functions, and how to end it."""
 
-    def __init__(self, incoming: int, outgoing: int, closing: Callable[[], None]) -> None:
-        self._in, self._out, self._closing = incoming, outgoing, closing
-
-    def read(self, wait: float) -> bytes:
-        """Return the bytes received within `wait` [s]."""
-        if not select.select([self._in], [], [], wait)[0]:
-            return b""
-        data = os.read(self._in, 65536)
-        if not data:
-            raise LineError("the connection to the board is closed")
-        return data
-
-    def write(self, data: bytes) -> None:
-        """Send all bytes."""
-        try:
-            os.write(self._out, data)
-        except BrokenPipeError:
-            raise LineError("the connection to the board is closed") from None
-
-    def close(self) -> None:
-        """End the process behind the line."""
-        self._closing()
-
-
-class Sockets:
-    """A line with one connected socket; `closing` ends the process at the other end."""
-
-    def __init__(self, connection: socket.socket, closing: Callable[[], None]) -> None:
-        self._joined, self._closing = connection, closing
+    watched: int | socket.socket
+    receive: Callable[[int], bytes]
+    send: Callable[[bytes], object]
+    closing: Callable[[], None]
 
     def read(self, wait: float) -> bytes:
         """Return the bytes received within `wait` [s]."""
         try:
-            if not select.select([self._joined], [], [], wait)[0]:
+            if not select.select([self.watched], [], [], wait)[0]:
                 return b""
-            data = self._joined.recv(65536)
+            data = self.receive(65536)
         except ConnectionError:
             data = b""
         if not data:
@@ -94,13 +71,13 @@ class Sockets:
     def write(self, data: bytes) -> None:
         """Send all bytes."""
         try:
-            self._joined.sendall(data)
+            self.send(data)
         except ConnectionError:
             raise LineError("the connection to the board is closed") from None
 
     def close(self) -> None:
         """End the process behind the line."""
-        self._closing()
+        self.closing()
 
 
 def _describe_error(error: OSError) -> str:

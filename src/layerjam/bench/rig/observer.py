@@ -290,6 +290,11 @@ class Observer:
             return None
         return max(self.since - self.event, 0.0)
 
+    @property
+    def lost_after(self) -> float | None:
+        """Return the time [s] from the event until a tenth of the target was lost."""
+        return None if self.lost is None or self.event is None else self.lost - self.event
+
     def last_opening_time(self, count: int, window: float) -> float | None:
         """Return the time [s] of the last of `count` vent openings within `window` [s], or None."""
         if self.struck is None or self.plant.trace is None:

@@ -153,7 +153,11 @@ class Recorder:
         last_number = first - 1 if self._last is None else self._last[0]
         if first > last_number + 1:
             self.file.add_note("link", f"{first - last_number - 1} samples are missing", int(us[0]))
-        rows_ = [[self.boot, seq, us_, *columns] for seq, us_, columns in _sql_rows(rows, us)]
+        rows_ = [
+            # None stands for NaN
+            [self.boot, seq, us_, *(None if value != value else value for value in columns)]
+            for (seq, _, *columns), us_ in zip(rows.tolist(), us.tolist(), strict=True)
+        ]
         self.file.add_samples(
             rows_,
             (self.boot or 0, last, int(us[-1]), mono, calendar),
@@ -230,15 +234,6 @@ def _make_throttle(bench: Bench) -> Throttle | None:
     throttle = Throttle()
     plant.recorded = throttle
     return throttle
-
-
-def _sql_rows(
-    rows: np.ndarray[Any, Any], us: np.ndarray[Any, Any]
-) -> Iterator[tuple[int, int, Any]]:
-    """Yield (seq, us without overflow, other columns) for SQLite, with None for NaN."""
-    for record, us_ in zip(rows.tolist(), us.tolist(), strict=True):
-        seq, _, *columns = record
-        yield seq, us_, [None if value != value else value for value in columns]
 
 
 def describe_bench(bench: Bench) -> dict[str, object]:

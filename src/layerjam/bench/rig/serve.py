@@ -180,12 +180,6 @@ class Gateway:
                 await asyncio.shield(self.ask(session, b""))
             self._free.append(session)
 
-    def _admit_client(self, client: Client) -> None:
-        """Give a client that may send commands a session of its own, if one is free."""
-        if client.door.open and client.session == GUEST and self._free:
-            client.session = self._free.pop()
-            self._guests.pop(client, None)
-
     async def _serve_lines(self, client: Client, reader: asyncio.StreamReader) -> None:
         """Read lines and write responses one by one; HTTP in the first line ends the session."""
         door, writer = client.door, client.writer
@@ -217,7 +211,9 @@ class Gateway:
                     return
                 is_greeted = True
                 wrong = door.wrong
-                self._admit_client(client)
+                if door.open and client.session == GUEST and self._free:
+                    client.session = self._free.pop()
+                    self._guests.pop(client, None)
                 passes, answer = door.filter_line(line, client.session != GUEST)
                 if passes:
                     answer = await self.execute(client.session, line, lines, more_lines)
@@ -354,11 +350,8 @@ async def _run_gateway(
             jobs.add(asyncio.create_task(gateway.serve_terminal(master)))
         identity = (await gateway.ask(GUEST, b"*IDN?")).decode("ascii", "replace")
         listens = server.sockets[0].getsockname()[1]
-        announce(
-            Listening(
-                host, listens, address, identity, os.getpid(), None if pty is None else str(pty)
-            )
-        )
+        link = None if pty is None else str(pty)
+        announce(Listening(host, listens, address, identity, os.getpid(), link))
         finished_jobs, waiting = await asyncio.wait(jobs, return_when=asyncio.FIRST_COMPLETED)
         server.close()
         for task in waiting:

@@ -97,8 +97,7 @@ def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
     move = next((s for s in procedure.steps if isinstance(s, Pull | Return)), None)
     if move is not None:
         raise QuantityError.of(
-            "shot",
-            (f"'{move.text()}' is not possible: the virtual brake is mounted in the drop rig"),
+            "shot", f"'{move.text()}' is not possible: the virtual brake is mounted in the drop rig"
         )
     time_after = AFTER.si(rig.capture.get("after", 0.5), "after")
     least_time = DELAY + speed / rig.file.brake.site.gravity + time_after
@@ -158,13 +157,8 @@ class Shots:
             return
         if rig.file is None or rig.mass is None or rig.speed is None:
             return
-        stop = fall(
-            self._bench,
-            rig.file,
-            mass=rig.mass,
-            speed=rig.speed,
-            rope_stiffness=rig.rope_stiffness,
-        )
+        numbers: dict[str, Any] = {"mass": rig.mass, "speed": rig.speed}
+        stop = fall(self._bench, rig.file, rope_stiffness=rig.rope_stiffness, **numbers)
         self._file.add_note("note", f"a virtual mass falls; computed outcome: {stop.outcome.name}")
 
     def poll_capture(self, recorder: Recorder) -> None:

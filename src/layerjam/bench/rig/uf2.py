@@ -28,17 +28,8 @@ def encode_uf2(program: bytes, family: int) -> bytes:
     out = []
     for number in range(count):
         part = program[number * PAYLOAD : (number + 1) * PAYLOAD].ljust(PAYLOAD, b"\0")
-        head = struct.pack(
-            HEAD,
-            FIRST,
-            SECOND,
-            HAS_FAMILY,
-            FLASH + number * PAYLOAD,
-            PAYLOAD,
-            number,
-            count,
-            family,
-        )
+        place = FLASH + number * PAYLOAD, PAYLOAD, number, count
+        head = struct.pack(HEAD, FIRST, SECOND, HAS_FAMILY, *place, family)
         out.append((head + part).ljust(BLOCK - 4, b"\0") + struct.pack("<I", LAST))
     return b"".join(out)
 

@@ -168,17 +168,12 @@ class Page:
     def template_data(self) -> dict[str, Any]:
         """Return the data for the templates of HTML and PDF, as text."""
         return {
-            "title": self.title,
-            "lead": self.lead,
+            **vars(self),
             "parts": [part.template_data() for part in self.parts],
             "numbers": [{"value": value, "words": words} for value, words in self.numbers],
             "verdicts": [word.template_data(False) for word in self.verdicts],
             "banner": list(self.banner),
-            "navigation": self.navigation,
-            "key": self.key,
             "identity": [{"words": words, "text": text} for words, text in self.identity.items()],
-            "mark": self.mark,
-            "footer": self.footer,
             **self.more,
         }
 

@@ -127,13 +127,9 @@ _own_axes: ContextVar[list[Axes] | None] = ContextVar("own_axes", default=None)
 @contextmanager
 def draw_into(axes: Any) -> Iterator[None]:
     """Draw the figures of a with block into the user's axes: one, a list or an array."""
-    flat = (
-        list(axes.flat)
-        if hasattr(axes, "flat")
-        else [*axes]
-        if isinstance(axes, list | tuple)
-        else [axes]
-    )
+    flat = [*(axes.flat if hasattr(axes, "flat") else [axes])]
+    if isinstance(axes, list | tuple):
+        flat = [*axes]
     if not all(hasattr(item, "figure") for item in flat):
         kind = type(axes).__name__
         raise LayerjamError(
@@ -261,17 +257,9 @@ def mark_y(
     """Draw a horizontal line at a height, with its name at a fraction of the width."""
     axes.axhline(y, color=color, lw=1.1, ls=LONG)
     if text:
-        _annotate(
-            axes,
-            text,
-            share,
-            y,
-            color,
-            (0, -4 if below else 4),
-            xycoords=axes.get_yaxis_transform(),
-            va="top" if below else "bottom",
-            ha="right" if share > 0.5 else "left",
-        )
+        va, shift = ("top", -4) if below else ("bottom", 4)
+        place = {"xycoords": axes.get_yaxis_transform(), "ha": "right" if share > 0.5 else "left"}
+        _annotate(axes, text, share, y, color, (0, shift), va=va, **place)
 
 
 def mark_x(axes: Axes, x: float, text: str = "", color: str = GREY, share: float = 0.97) -> None:
@@ -280,18 +268,9 @@ def mark_x(axes: Axes, x: float, text: str = "", color: str = GREY, share: float
     if text:
         corner = axes.transData.transform((x, axes.get_ylim()[0]))
         side = -4 if axes.transAxes.inverted().transform(corner)[0] > 0.5 else 4
-        _annotate(
-            axes,
-            text,
-            x,
-            share,
-            color,
-            (side, 0),
-            xycoords=axes.get_xaxis_transform(),
-            ha="right" if side < 0 else "left",
-            va="top" if share > 0.5 else "bottom",
-            bbox=_GROUND,
-        )
+        place = {"xycoords": axes.get_xaxis_transform(), "ha": "right" if side < 0 else "left"}
+        va = "top" if share > 0.5 else "bottom"
+        _annotate(axes, text, x, share, color, (side, 0), va=va, bbox=_GROUND, **place)
 
 
 def _annotate(
@@ -314,6 +293,20 @@ def add_callout(
     line |= props.pop("line", {})
     props = {"fontsize": WORDS, "va": "center", "zorder": 5, "bbox": _GROUND, **props}
     axes.annotate(text, point, place, color=text_ink(color), arrowprops=line, **props)
+
+
+def add_leader(
+    axes: Axes,
+    text: str,
+    point: tuple[float, float],
+    place: tuple[float, float],
+    va: str,
+    **options: Any,
+) -> None:
+    """Write a text centred at `place`, with a line to a point of the drawing."""
+    line = {"arrowstyle": "-", "color": INK, "lw": 0.6, "shrinkB": 0}
+    options |= {"ha": "center", "va": va, "fontsize": WORDS, "arrowprops": line}
+    axes.annotate(text, point, place, **options)
 
 
 def add_band(axes: Axes, x: Any, low: Any, high: Any, color: str, alpha: float = 0.2) -> None:

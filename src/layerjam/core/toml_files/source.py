@@ -3,25 +3,22 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Any, Self
 
 from layerjam.core.errors import QuantityError, UnknownNameError
 from layerjam.core.units import QuantitySpec
 
-KINDS: Mapping[str, str] = MappingProxyType(
-    {
-        "paper": "printed in the paper",
-        "inferred": "not printed, but derived from printed values",
-        "measured": "measured on this brake or this pair of surfaces",
-        "calibrated": "fitted to pulls of this brake",
-        "data sheet": "from the manufacturer's data sheet for the material",
-        "handbook": "published for this material, not measured on these surfaces",
-        "synthetic": "from files written by a program, not measured",
-        "assumed": "assumed, without a source",
-        "unstated": "not stated in the file",
-    }
-)
+KINDS: Mapping[str, str] = {
+    "paper": "printed in the paper",
+    "inferred": "not printed, but derived from printed values",
+    "measured": "measured on this brake or this pair of surfaces",
+    "calibrated": "fitted to pulls of this brake",
+    "data sheet": "from the manufacturer's data sheet for the material",
+    "handbook": "published for this material, not measured on these surfaces",
+    "synthetic": "from files written by a program, not measured",
+    "assumed": "assumed, without a source",
+    "unstated": "not stated in the file",
+}
 _SD = QuantitySpec("1", "standard deviation divided by the mean")
 _KEYS = {
     "kind": "kind",

@@ -157,7 +157,7 @@ def export_fmu(
     numbers, values = parameters(brake, rope_stiffness), units.brake_values(brake, rope_stiffness)
     if sources_only and platforms is not None:
         raise QuantityError.of(
-            "platforms", ("sources are not built for a platform; omit the platforms")
+            "platforms", "sources are not built for a platform; omit the platforms"
         )
     platform_names = None if platforms is None else [name.strip() for name in platforms.split(",")]
     platform_choice = () if sources_only else units.choose_platforms(fmi, platform_names)
@@ -236,16 +236,13 @@ def export_html(
     )
 
 
-def friction_at_full_vacuum(file: BrakeFile, numbers: Parameters) -> float:
-    """Return c [N/m] at the full vacuum at the site."""
-    full_vacuum = file.brake.site.atmosphere
-    return numbers.contact * full_vacuum * (full_vacuum / numbers.test_pressure) ** numbers.exponent
-
-
 def common_results(kind: str, file: BrakeFile, numbers: Parameters, strict: bool) -> dict[str, Any]:
     """Return the data common to all exports: the fields of `Export`, and warnings."""
     notices, snap_notice = [*file.warnings()], None
-    slope = friction_at_full_vacuum(file, numbers)
+    full_vacuum = file.brake.site.atmosphere
+    # c [N/m] at the full vacuum at the site
+    slope = numbers.contact * full_vacuum
+    slope *= (full_vacuum / numbers.test_pressure) ** numbers.exponent
     if numbers.stiffness <= slope:
         snap_notice = Notice(
             f"the stiffness of {show(numbers.stiffness, 'N/m')} does not exceed "
@@ -255,13 +252,9 @@ def common_results(kind: str, file: BrakeFile, numbers: Parameters, strict: bool
         )
         notices.append(snap_notice)
     if numbers.exponent:
-        notices.append(
-            Notice(
-                "the pressure exponent uses the pow function of the target's C library, so "
-                "the last bits of a force may differ between machines",
-                "pow",
-            )
-        )
+        text = "the pressure exponent uses the pow function of the target's C library, so "
+        text += "the last bits of a force may differ between machines"
+        notices.append(Notice(text, "pow"))
     is_rejected = strict and snap_notice is not None
     return {
         "kind": kind,
@@ -331,9 +324,8 @@ def export_mujoco(
         "brake.xml": mjcf.scene(tendon, "actuator.xml"),
         **plugin_files(),
     }
-    library, version = (None, None) if no_build else _find_plugin()
-    if library is not None:
-        content[library.name] = library.content
+    libraries, version = ({}, None) if no_build else _find_plugin()
+    content |= libraries
     check_folder(Path(out), overwrite, list(content))
     facts = common_results("mujoco", brake, numbers, strict)
     if facts["feasible"]:
@@ -342,23 +334,20 @@ def export_mujoco(
         **facts,
         files=sorted(content) if facts["feasible"] else [],
         plugin=mjcf.PLUGIN,
-        library=library.name if facts["feasible"] and library is not None else None,
+        library=next(iter(libraries), None) if facts["feasible"] else None,
         mujoco_version=version,
         parameters=numbers._asdict(),
         record=numbers,
     )
 
 
-class _CompiledPlugin:
-    def __init__(self, file: Path) -> None:
-        self.name = f"liblayerjam_mujoco{file.suffix}"
-        self.content = file.read_bytes()
-
-
-def _find_plugin() -> tuple[_CompiledPlugin, str]:
+def _find_plugin() -> tuple[dict[str, bytes], str]:
+    """Return {name: content} of the compiled plugin, and MuJoCo's version."""
     from layerjam.interop.plugin import import_mujoco, plugin
 
     try:
-        return _CompiledPlugin(plugin()), str(import_mujoco().__version__)
+        file = plugin()
     except CompilerError as error:
         raise CompilerError(f"{error}; or use --no-build") from None
+    content = {f"liblayerjam_mujoco{file.suffix}": file.read_bytes()}
+    return content, str(import_mujoco().__version__)

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from nicegui import run, ui
@@ -58,14 +57,12 @@ BEAT = 250
 """Interval between the browser's reports that the page is open [ms]."""
 KPA = 1e3
 PROCEDURE = "evacuate to 40 kPa and hold 5 s; vent"
-STATES = MappingProxyType(
-    {
-        "SAFE": "Safe state; nothing is running",
-        "RUN": "The controller is running",
-        "FAULT": "Fault; the bench is in its safe state",
-        "DRIVE": "Outputs under manual control",
-    }
-)
+STATES: Mapping[str, str] = {
+    "SAFE": "Safe state; nothing is running",
+    "RUN": "The controller is running",
+    "FAULT": "Fault; the bench is in its safe state",
+    "DRIVE": "Outputs under manual control",
+}
 SIMULATED = (
     "A virtual board: the firmware is real, and the vacuum line is simulated. Nothing is measured."
 )
@@ -145,7 +142,11 @@ class Bench(Page):
                 button("Clear fault", self._clear_fault, "bench-clear")
             self.add_alert()
             with fold("Run a procedure and record it", "bench-procedure-fold", is_open=True):
-                self._build_procedure()
+                self.procedure = field("Procedure", "bench-procedure", PROCEDURE, example=PROCEDURE)
+                with ui.row().classes("gap-2"):
+                    act = self._run_procedure
+                    button("Run and record", act, "bench-run", "fiber_manual_record")
+                    button("Stop", self._stop_run, "bench-stop")
             with fold("Sensor of a real board", "bench-sensor"):
                 hint("Required if the line file specifies no sensor. A virtual board has one.")
                 self.add_slider("sensor_range")
@@ -202,12 +203,6 @@ class Bench(Page):
                 "Disconnect", self._disconnect_bench, "bench-disconnect", "link_off"
             )
         hint("sim:LINE is a virtual board with a line from the catalogue; it needs no hardware.")
-
-    def _build_procedure(self) -> None:
-        self.procedure = field("Procedure", "bench-procedure", PROCEDURE, example=PROCEDURE)
-        with ui.row().classes("gap-2"):
-            button("Run and record", self._run_procedure, "bench-run", "fiber_manual_record")
-            button("Stop", self._stop_run, "bench-stop")
 
     def _update_controls(self) -> None:
         is_connected = self.session is not None
@@ -343,11 +338,8 @@ class Bench(Page):
 
         def declare_settings(bench: Any) -> None:
             bench.off()
-            bench.safe_state, bench.vent_rest, bench.regulator = (
-                regulator.safe_state,
-                vent_rest,
-                regulator,
-            )
+            bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
+            bench.regulator = regulator
 
         meta: dict[str, object] = {
             "line_toml": self.desk.line.text,

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from types import MappingProxyType
 from typing import Any
 
 from nicegui import ui
@@ -125,19 +124,15 @@ class Brake(Page):
             self.sources = live.Table()
 
     def _build_comparison(self) -> None:
-        def choose_second(event: Any) -> None:
-            self._put_second(str(event.value or ""))
-
         with ui.row().classes("w-full items-center gap-2"):
-            self.other = select({}, "Compare with", "brake-beside", choose_second, classes="w-64")
+            self.other = select({}, "Compare with", "brake-beside", classes="w-64")
+            self.other.on_value_change(lambda event: self._put_second(str(event.value or "")))
             text, look = "Keep a copy for comparison", "flat dense no-caps"
             keep = lambda: self._put_second(self.desk.state.brake)  # noqa: E731
             button(text, keep, "brake-keep", "push_pin", look=look)
             tip = "HTML file that computes this brake in any browser"
             button("Save as one page", self._save_page, "brake-html", "public", look=look, tip=tip)
-        self.desk.add_watcher(
-            lambda what: self._fill_second() if what in ("brake", "undo") else None
-        )
+        self.desk.add_watcher(lambda _: self._fill_second(), "brake", "undo")
         self._fill_second()
 
     async def _save_page(self) -> None:
@@ -226,25 +221,23 @@ def describe_forces(facts: Any, force: Any, full: float, slip: float, vacuum: fl
     )
 
 
-ROWS: Mapping[str, int] = MappingProxyType(
-    {
-        "mass": -1,
-        "max_force": 1,
-        "holding_force": 1,
-        "force_density": 1,
-        "energy_capacity": 1,
-        "usable_travel": 1,
-        "stiffness_before_slip": 0,
-        "stiffness_measured": 0,
-        "stiffness_sliding": 0,
-        "peak_vacuum": 0,
-        "buckling_force": 0,
-        "sheet_stress": -1,
-        "clamp_stress": -1,
-        "film_strength": 1,
-        "scale_factor": 0,
-    }
-)
+ROWS: Mapping[str, int] = {
+    "mass": -1,
+    "max_force": 1,
+    "holding_force": 1,
+    "force_density": 1,
+    "energy_capacity": 1,
+    "usable_travel": 1,
+    "stiffness_before_slip": 0,
+    "stiffness_measured": 0,
+    "stiffness_sliding": 0,
+    "peak_vacuum": 0,
+    "buckling_force": 0,
+    "sheet_stress": -1,
+    "clamp_stress": -1,
+    "film_strength": 1,
+    "scale_factor": 0,
+}
 """{key of a `show` result: 1 if more is better, -1 if less is better, 0 if neither}."""
 
 

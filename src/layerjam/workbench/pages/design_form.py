@@ -12,7 +12,7 @@ from layerjam.workbench.controls import Choice, Control, add_choice, map_keys
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import ControlGroup
 from layerjam.workbench.pages.design_part import PAGE
-from layerjam.workbench.widgets import Alert, dress, heading, hint, one_line, read_asset
+from layerjam.workbench.widgets import Alert, dress, find_error, heading, hint, one_line, read_asset
 from layerjam.workshop.design.few_numbers import FORCES, HOLD, PREFERENCES, STOP, hold, stop
 from layerjam.workshop.design.request import DesignRequest, Range, open_reader, read_request
 
@@ -152,18 +152,14 @@ class Form(ControlGroup):
             return
         specs = {c.key: c.spec for c in self.controls().values()}
         values = form_settings(request)
-        usable = {k: v for k, v in values.items() if k not in specs or _is_allowed(specs[k], v)}
+        usable = {
+            k: v
+            for k, v in values.items()
+            if k not in specs or not find_error(specs[k].check, v, "value")
+        }
         self._follows = True
         self.desk.put_settings(PAGE, usable)
         self._follows = False
-
-
-def _is_allowed(spec: Any, value: Any) -> bool:
-    try:
-        spec.check(value, "value")
-    except LayerjamError:
-        return False
-    return True
 
 
 def form_settings(request: DesignRequest) -> dict[str, Any]:

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from html import escape
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -132,7 +131,8 @@ def describe_drop(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> 
     if stop.outcome == "BOTTOMED_OUT":
         return _crash_sentence(stop)
     if stop.outcome is None:
-        return _join_sentence(str(stop.reason))
+        words = str(stop.reason).rstrip(".")
+        return f"{words[:1].upper()}{words[1:]}."
     if stop.stopping_time is None:
         return "The mass is still moving at the end of the simulation."
     time_text = f"in {round_value(show(stop.stopping_time, 's'))}"
@@ -160,10 +160,6 @@ def _crash_sentence(stop: Any) -> str:
     hard = show(stop.crash_force, "N")
     in_g = "" if stop.crash_g is None else f", {show(stop.crash_g, '1', 3)} g"
     return f"{used}, with up to {hard}{in_g} if the end stop is rigid."
-
-
-def _join_sentence(words: str) -> str:
-    return f"{words[:1].upper()}{words[1:].rstrip('.')}."
 
 
 GOOD = ("STOPPED", "NEVER_SLID")
@@ -206,14 +202,12 @@ def vacuum_headlines(tuning: Answer) -> list[Hero]:
     return numbers
 
 
-WAYS = MappingProxyType(
-    {
-        "vacuum": "The vacuum tuned to the travel",
-        "sheets": "The same brake with this number of sheets",
-        "brakes": "Brakes in parallel: one is shown, with its share of the mass",
-        "travel": "Stop within a different travel",
-    }
-)
+WAYS: Mapping[str, str] = {
+    "vacuum": "The vacuum tuned to the travel",
+    "sheets": "The same brake with this number of sheets",
+    "brakes": "Brakes in parallel: one is shown, with its share of the mass",
+    "travel": "Stop within a different travel",
+}
 """{change that may stop the mass: tooltip of its button}."""
 
 
@@ -227,7 +221,8 @@ class Advice:
         with dress(ui.row(), "drop-advice", "items-center gap-2") as self._row:
             ui.label("Ways to stop it").classes("text-sm")
             for key, tip in WAYS.items():
-                item = button("", partial(self._apply_tuning, key), f"drop-advice-{key}", tip=tip)
+                act = partial(lambda way: self._acts[way](), key)
+                item = button("", act, f"drop-advice-{key}", tip=tip)
                 with item:
                     self._texts[key] = item, live.Words("")
         self._row.set_visibility(False)
@@ -242,51 +237,42 @@ class Advice:
         for key, (item, _) in self._texts.items():
             item.set_visibility(key in self._acts)
 
-    def _apply_tuning(self, key: str) -> None:
-        self._acts[key]()
-
     def _find_ways(self, tuning: Answer) -> Iterator[tuple[str, str, partial[None]]]:
-        put, result, texts = self._put_tuning, tuning.result, tuning.call.options
+        put, texts = partial(self._desk.put_settings, "drop"), tuning.call.options
+        result = tuning.result
         if result.feasible:
             label = f"vacuum of {show(result.vacuum, 'Pa')}"
-            yield "vacuum", label, partial(put, shown="tuned")
+            yield "vacuum", label, partial(put, {"shown": "tuned"})
         if result.sheets_needed is not None:
             count = int(result.sheets_needed)
             yield "sheets", f"{count} sheets", partial(set_sheets, self._desk, count)
         if result.brakes_needed is not None:
             count, parts = int(result.brakes_needed), {"mass": "kg", "rope_stiffness": "N/m"}
             share = {k: parse(texts[k], unit, k) / count for k, unit in parts.items() if k in texts}
-            yield "brakes", f"{count} brakes", partial(put, shown="tuned", **share)
+            yield "brakes", f"{count} brakes", partial(put, {"shown": "tuned", **share})
         if result.travel_needed is not None:
             travel = float(result.travel_needed)
             label = f"travel of {show(travel, 'm')}"
-            yield "travel", label, partial(put, shown="tuned", travel=travel)
-
-    def _put_tuning(self, **settings: Any) -> None:
-        self._desk.put_settings("drop", settings)
+            yield "travel", label, partial(put, {"shown": "tuned", "travel": travel})
 
 
-MODES = MappingProxyType(
-    {
-        "none": "no brake",
-        "full": "full",
-        "tuned": "tuned",
-        "value": "a value",
-        "history": "a history",
-    }
-)
+MODES: Mapping[str, str] = {
+    "none": "no brake",
+    "full": "full",
+    "tuned": "tuned",
+    "value": "a value",
+    "history": "a history",
+}
 ROWS = ("outcome", "vacuum", "slip", "peak_force", "peak_g", "crash_g", "stopping_time")
 """Rows of the comparison above the charts; the "All numbers" panel contains the others."""
 LEFT_OUT = ("feasible", "reason", "speed", "accelerometer", "filter")
-OUTCOMES = MappingProxyType(
-    {
-        "STOPPED": "stopped",
-        "NEVER_SLID": "stopped without slip",
-        "SNAPS": "snaps",
-        "BOTTOMED_OUT": "bottomed out",
-        "FINISHED": "still moving",
-    }
-)
+OUTCOMES: Mapping[str, str] = {
+    "STOPPED": "stopped",
+    "NEVER_SLID": "stopped without slip",
+    "SNAPS": "snaps",
+    "BOTTOMED_OUT": "bottomed out",
+    "FINISHED": "still moving",
+}
 
 
 Drops = Mapping[str, Answer]
@@ -351,7 +337,8 @@ def _table_html(
         for mode, answer in drops.items():
             if mode in rows_by_mode:
                 ident = f'data-testid="drop-{mode}-{key}"'
-                text = _cell_text(key, rows_by_mode[mode].get(name, "–"))
+                text = rows_by_mode[mode].get(name, "–")
+                text = OUTCOMES.get(text, text) if key == "outcome" else text.replace("^2", "²")
                 cells.append(f"<td{_mode_mark(mode, mode_shown)} {ident}>{escape(text)}</td>")
             elif i == 0:
                 reason = str(answer.result.reason) if answer.result else answer.refusal
@@ -370,10 +357,6 @@ def _table_html(
 
 def _mode_mark(mode: str, mode_shown: str) -> str:
     return ' class="shown"' if mode == mode_shown else ""
-
-
-def _cell_text(key: str, text: str) -> str:
-    return OUTCOMES.get(text, text) if key == "outcome" else text.replace("^2", "²")
 
 
 COURSES = ("force", "travel", "deceleration")

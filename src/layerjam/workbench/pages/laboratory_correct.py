@@ -36,7 +36,17 @@ from layerjam.workbench.said import (
     reverse_sign,
 )
 from layerjam.workbench.spoken import page_text
-from layerjam.workbench.widgets import Alert, button, dress, field, fold, heading, one_line, select
+from layerjam.workbench.widgets import (
+    Alert,
+    button,
+    dress,
+    field,
+    find_error,
+    fold,
+    heading,
+    one_line,
+    select,
+)
 
 EXAMPLES = MappingProxyType({"vacuum": "94.5 kPa", "normal_force": "2.45 N", "speed": "13 mm/s"})
 DECIMALS = MappingProxyType({"": "as detected", ".": "point", ",": "comma"})
@@ -163,20 +173,18 @@ class CorrectionPanel:
     def _toggle_pins(self) -> None:
         """Show the files on the Pull page, or remove them from it if all are already there."""
         free = self._unpinned_keys()
-        try:
-            for key in free or self._row_keys:
-                toggle_file_pin(self.desk, key)
-        except LayerjamError as err:
-            self._trouble.show_error(one_line(err))
+        keys = free or self._row_keys
+        errors = (find_error(toggle_file_pin, self.desk, key) for key in keys)
+        problem = next(filter(None, errors), "")
+        self._trouble.show_error(problem)
+        if problem:
             return
-        self._trouble.show_error("")
-        if free:
-            subject = "The file is" if len(free) == 1 else f"{len(free)} files are"
-            ui.notify(f"{subject} on the Pull page, next to the computed curve")
-        else:
-            count = len(self._row_keys)
-            subject = "The file was" if count == 1 else f"{count} files were"
-            ui.notify(f"{subject} removed from the Pull page")
+        count, (one, many) = len(keys), ("is", "are") if free else ("was", "were")
+        subject = f"The file {one}" if count == 1 else f"{count} files {many}"
+        end = (
+            "on the Pull page, next to the computed curve" if free else "removed from the Pull page"
+        )
+        ui.notify(f"{subject} {end}")
 
     def _read_preview(self) -> Preview | str:
         """Return the first rows of the first file, or the reason why it has none."""
@@ -247,13 +255,10 @@ class CorrectionPanel:
         changes |= {name: add_unit(changes[name], UNITS[name]) for name in FACTS}
         if not changes["role"]:
             del changes["role"]
-        try:
-            check_edit(changes)
-        except LayerjamError as err:
-            self._trouble.show_error(one_line(err))
-            return
-        self._trouble.show_error("")
-        put_edits(self.desk, dict.fromkeys(self._row_keys, changes))
+        problem = find_error(check_edit, changes)
+        self._trouble.show_error(problem)
+        if not problem:
+            put_edits(self.desk, dict.fromkeys(self._row_keys, changes))
 
     def _discard_edits(self) -> None:
         edits = get_edits(self.desk)

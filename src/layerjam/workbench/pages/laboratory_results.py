@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from nicegui import events, ui
@@ -76,10 +75,8 @@ class Table:
         with ui.row().classes("w-full items-center justify-between"):
             self.count = dress(ui.label(NO_FILES), "laboratory-count", role="status")
             with ui.row().classes("gap-2") as self.more:
-                text, tip = (
-                    "Calibrate at the highest vacuum",
-                    "Validate on the pulls at other vacuums",
-                )
+                text = "Calibrate at the highest vacuum"
+                tip = "Validate on the pulls at other vacuums"
                 button(text, divide, "laboratory-divide", "call_split", tip=tip)
                 tip = "A NAME.toml sidecar for every file, with this page's settings (ZIP)"
                 button("Sidecars", sidecars, "laboratory-sidecars", "download", tip=tip)
@@ -178,12 +175,10 @@ class Card:
                 button(text, act, f"{ident}-remedy", "build")
 
 
-REMEDIES = MappingProxyType(
-    {
-        "no-kinetic-friction": ("Use the midpoint of stick–slip", {"judder": "yes"}),
-        "static-of-teeth": ("Evaluate the tests according to ASTM D1894", {"standard": "d1894"}),
-    }
-)
+REMEDIES = {
+    "no-kinetic-friction": ("Use the midpoint of stick–slip", {"judder": "yes"}),
+    "static-of-teeth": ("Evaluate the tests according to ASTM D1894", {"standard": "d1894"}),
+}
 """{key of a notice: (text of a button, settings that the button applies)}."""
 
 

@@ -226,7 +226,8 @@ class Pull(Page):
             with ui.row().classes("w-full items-center gap-x-6 gap-y-1"):
                 self.outcome = status("pull-outcome")
                 self.panel.build_pins()
-                self.pin_band = button(PIN_BAND, self._pin_with_band, "pull-pin-band", "push_pin")
+                act = partial(self.panel.pin_answer, **{BAND: pull_band.NAME})
+                self.pin_band = button(PIN_BAND, act, "pull-pin-band", "push_pin")
                 self.pin_band.set_visibility(False)
                 self.pin_files = PinFiles(self.desk, self.panel)
             with self.show_while(lambda: not self._is_stick_slip()):
@@ -285,9 +286,6 @@ class Pull(Page):
         bands = [pin.more for pin in pins if pin.more]
         shade = partial(pull_band.draw_bands, bands=bands) if bands else None
         return Answer(call, result, pins=pins, finish=shade), self._whole[1], reading, band
-
-    def _pin_with_band(self) -> None:
-        self.panel.pin_answer(**{BAND: pull_band.NAME})
 
     def _read_files(self) -> Reading:
         """Return the results of the files, computed again if files, brake or vacuum changed."""

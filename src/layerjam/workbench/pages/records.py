@@ -96,9 +96,7 @@ class Editor:
             button("Save TOML", self._save_toml, f"{page}-save", "download")
         self._named = field("Name", f"{page}-name", longest=80)
         on_submit(self._named, self._on_rename)
-        self.desk.add_watcher(
-            lambda kind: self.fill() if kind in (self.kind.what, "undo") else None
-        )
+        self.desk.add_watcher(lambda _: self.fill(), kind, "undo")
         self.fill()
 
     def fill(self) -> None:
@@ -190,11 +188,8 @@ class Editor:
     def _build_part_choice(self, table: str) -> None:
         no_part = {NONE: "none"} if table in self.kind.optional else {}
         parts = {CUSTOM: "custom values", **no_part, **self.kind.parts(table)}
-
-        def on_select(event: events.ValueChangeEventArguments[Any]) -> None:
-            self.use_part(table, str(event.value))
-
-        box = select(parts, "Part", f"{self.kind.page}-part-{table}", on_select)
+        ident = f"{self.kind.page}-part-{table}"
+        box = select(parts, "Part", ident, lambda event: self.use_part(table, str(event.value)))
         self._parts[table] = dress(box, aria_label=f"Catalogue part for the {table}")
         self._fill_parts()
 
@@ -241,12 +236,7 @@ class Editor:
                 "Source", f"{page}-{key}", self._source_text(), example=example, longest=200
             )
         box.on_value_change(lambda event: self.desk.put_setting(page, key, str(event.value or "")))
-
-        def show_kind(change: str) -> None:
-            if change == "undo":
-                box.set_value(self._source_text())
-
-        self.desk.add_watcher(show_kind)
+        self.desk.add_watcher(lambda _: box.set_value(self._source_text()), "undo")
 
 
 def build_open_button(desk: Desk, kind: str, page: str, problem: Alert) -> None:

@@ -65,7 +65,10 @@ class Start(Page):
                 self.add_alert()
             self._build_cards()
         with main:
-            self._build_force()
+            with ui.row().classes("items-baseline gap-x-4 gap-y-0 start-force"):
+                dress(ui.label("resists up to"), "", "text-base")
+                self.hero = dress(live.Words("–"), "start-force", "start-hero")
+                self.words = status("start-words", "text-base")
             with ui.element("div").classes("start-row"):
                 with ui.element("div").classes("start-seen"):
                     self.view = StackView("start-scene", "start-view", views=False)
@@ -83,12 +86,6 @@ class Start(Page):
         stack = build_stack(brake, 0.0, vacuum / brake.site.atmosphere)
         self.view.show(stack, describe_stack(brake, stack, 0.0), self.dark)
 
-    def _build_force(self) -> None:
-        with ui.row().classes("items-baseline gap-x-4 gap-y-0 start-force"):
-            dress(ui.label("resists up to"), "", "text-base")
-            self.hero = dress(live.Words("–"), "start-force", "start-hero")
-            self.words = status("start-words", "text-base")
-
     def _build_cards(self) -> None:
         with ui.element("div").classes("start-cards"):
             with self._build_card("Try", "A different brake from the catalogue:"):
@@ -105,11 +102,9 @@ class Start(Page):
                     button("Change this brake", turn, "start-edit", "edit")
                     build_open_button(self.desk, "brake", self.name, problem)
             with self._build_card("My files", "Friction tests and pulls from a test machine:"):
-                choose = self.desk.show_files_dialog
+                choose = partial(self.desk.notify_watchers, "choosing")
                 button("Drop or choose files", choose, "start-files", "upload_file")
-        self.desk.add_watcher(
-            lambda what: self._mark_current() if what in ("brake", "undo") else None
-        )
+        self.desk.add_watcher(lambda _: self._mark_current(), "brake", "undo")
         self._mark_current()
 
     @staticmethod
@@ -131,11 +126,9 @@ class Start(Page):
     def calls(self) -> Sequence[Call]:
         """Return the calls for the pull and, once requested, for the drop."""
         subject, vacuum = (self.desk.brake_subject(),), self.texts("vacuum")
-        pull = Call("tensile", subject, {**vacuum, **PULL, "elongation": self._travel_text()})
+        travel = show(min(HELD, self.desk.brake.brake.sheets.usable_travel), "m", 15)
+        pull = Call("tensile", subject, {**vacuum, **PULL, "elongation": travel})
         return [pull, Call("drop", subject, {**FALL, **vacuum})] if self.dropped else [pull]
-
-    def _travel_text(self) -> str:
-        return show(min(HELD, self.desk.brake.brake.sheets.usable_travel), "m", 15)
 
     def compute(self) -> Any:
         """Return the pull, the pull at full vacuum (once for each brake), and the drop."""

@@ -104,12 +104,8 @@ def array(
     top = int(np.argmax(pull_record.force))
     notices = [*brake.warnings(), *pull_record.warnings]
     if totals.brakes > 1:
-        notices.append(
-            Notice(
-                ("identical brakes are assumed to share the load evenly, as real ones nearly do"),
-                "even-share",
-            )
-        )
+        text = "identical brakes are assumed to share the load evenly, as real ones nearly do"
+        notices.append(Notice(text, "even-share"))
     force = float(pull_record.force[top])
     travel, is_mean = device.sheets.usable_travel, interval == "mean"
     prediction = Prediction(brake, pressure, travel, device=device, of_mean=is_mean)

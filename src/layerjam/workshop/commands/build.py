@@ -46,7 +46,7 @@ Size = tuple[float, ...] | None
 
 
 def _mass_list(masses: Mapping[str, float] | None) -> str:
-    return "" if not masses else ", ".join(f"{k} {show(v, 'kg')}" for k, v in masses.items())
+    return ", ".join(f"{k} {show(v, 'kg')}" for k, v in (masses or {}).items())
 
 
 @result
@@ -146,21 +146,21 @@ def build(
     have not cut, printed or cast any of it. Raises FileError, QuantityError, MissingExtraError.
     """
     from layerjam.workshop.fabricate.folder import LIST, check_folder, require_extra, write_folder
+    from layerjam.workshop.fabricate.step import is_available
 
     rows, row = _array_counts(parallel, series)
     workshop_choice = _combine_choices(brake, workshop, cutter, kerf, stock, laser_bed, print_bed)
     check_folder(out, overwrite)
     require_extra()
-    with_step = not no_step and _can_write_step()
+    with_step = not no_step and is_available()
     progress("drawing", 0.1)
     verdict_result = _judge_drawing(brake, workshop_choice, rows, row, accept)
     if verdict_result.record is None or not verdict_result.feasible:
         return verdict_result
     drawing, notices = verdict_result.record, list(verdict_result.warnings)
     if not (with_step or no_step):
-        notices.append(
-            Notice(f"no STEP files: run {install_command('step')} to enable them", "no-step")
-        )
+        text = f"no STEP files: run {install_command('step')} to enable them"
+        notices.append(Notice(text, "no-step"))
     content = _collect_files(drawing, with_step, coupons, notices, progress)
     names = sorted([*content, LIST])
     complete = evolve(verdict_result, files=names, warnings=notices)
@@ -217,12 +217,16 @@ def _judge_drawing(
 
     A brake that cannot be drawn has no verdict, because there is no check to accept.
     """
+    from layerjam.brake.mechanics.limits import greatest_force
+    from layerjam.workshop.fabricate.drawing import draw_build
     from layerjam.workshop.fabricate.folder import LIST
     from layerjam.workshop.fabricate.lengths import CannotBuildError
     from layerjam.workshop.fabricate.verdicts import refusal_reason, refusals
 
     try:
-        drawing = _draw_brake(file, choices, parallel, series)
+        with choices.locate_errors():
+            force = float(greatest_force(file.brake))
+            drawing = draw_build(file, choices, force, parallel, series)
     except CannotBuildError as error:
         return _make_refused_build(error, file, parallel * series)
     verdict = None
@@ -264,11 +268,8 @@ def _collect_files(
     progress("pictures and instructions", 0.5)
     content |= make_documents(drawing, coupons, content)
     if PATTERN not in content:
-        notices.append(
-            Notice(
-                ("no paper pattern: a piece of film is larger than every paper size"), "no-pattern"
-            )
-        )
+        text = "no paper pattern: a piece of film is larger than every paper size"
+        notices.append(Notice(text, "no-pattern"))
     progress("writing files", 0.9)
     return content
 
@@ -282,38 +283,18 @@ def _array_counts(rows: int, row: int) -> tuple[int, int]:
     return rows, row
 
 
-def _can_write_step() -> bool:
-    from layerjam.workshop.fabricate.step import is_available
-
-    return is_available()
-
-
-def _draw_brake(file: BrakeFile, choices: Choices, parallel: int, series: int) -> Drawing:
-    from layerjam.brake.mechanics.limits import greatest_force
-    from layerjam.workshop.fabricate.drawing import draw_build
-
-    with choices.locate_errors():
-        return draw_build(file, choices, float(greatest_force(file.brake)), parallel, series)
-
-
 def _make_refused_build(error: Any, file: BrakeFile, brakes: int) -> Built:
     """Return the result for a brake of unknown lengths, of which nothing can be checked."""
-    check = {
-        "code": "C4",
-        "ok": False,
-        "level": "failed",
-        "text": str(error),
-        "value": error.value,
-        "limit": error.limit,
-        "unit": "m",
-        "key": error.reason,
-    }
+    from layerjam.workshop.fabricate.verdicts import finding
+
+    limits = {"value": error.value, "limit": error.limit, "unit": "m", "passes": False}
+    check = finding("C4", error.reason, str(error), otherwise="refused", **limits)
     return Built.create(
         feasible=False,
         reason=f"C4: {error}",
         files=[],
         brakes=brakes,
-        checks=[check],
+        checks=[check.row()],
         assumptions=[],
         warnings=file.warnings(),
     )
@@ -363,10 +344,6 @@ def _drawing_quantities(drawing: Drawing) -> dict[str, Any]:
 
 def _render_result(result: Built, file: BrakeFile) -> str:
     """Return the result and its inputs as the text of a file in the folder."""
-    facts = {
-        "layerjam": __version__,
-        "brake": file.name,
-        "brake_sha256": file.sha256,
-    }
+    facts = {"layerjam": __version__, "brake": file.name, "brake_sha256": file.sha256}
     document = json.loads(result.with_verdicts([file]).json())
     return json.dumps(facts | document, indent=2) + "\n"

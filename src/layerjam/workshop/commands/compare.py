@@ -137,11 +137,7 @@ def _read_brakes(value: Sequence[AnyBrake], arguments: Mapping[str, Any]) -> lis
 def compare(
     *brakes: Annotated[
         BrakeFile,
-        Input(
-            "Brakes to compare. Default: all in the catalogue.",
-            metavar="BRAKE",
-            convert=_read_brakes,
-        ),
+        Input("Brakes to compare. Default: all in the catalogue.", "BRAKE", convert=_read_brakes),
     ],
     vacuum: Annotated[
         float | None, VACUUM, Help("Vacuum of the brakes. Default: full vacuum at the site.")

@@ -1,6 +1,9 @@
 """`design new`: a commented specification to edit."""
 
-from collections.abc import Iterator
+import re
+import textwrap
+from collections.abc import Iterator, Mapping
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -10,6 +13,7 @@ from layerjam.core.command.results import Result, fact, result
 from layerjam.core.errors import QuantityError
 from layerjam.core.store import store_file
 from layerjam.core.system import quote_word
+from layerjam.core.units import QuantitySpec
 
 
 @result
@@ -46,9 +50,24 @@ def design_new(
     that is not allowed.
     """
     from layerjam.workshop.design.design_file import plain_name
-    from layerjam.workshop.design.new import format_specification
+    from layerjam.workshop.design.merit import MERITS, VARIABLES
+    from layerjam.workshop.design.specification import example_texts
 
     if plain_name(name) != name:
         raise QuantityError.of("name", f"'{name[:60]}' is not allowed; use '{plain_name(name)}'")
-    path = store_file(out or f"{name}.toml", format_specification(name, start), overwrite)
+    head = (files("layerjam.workshop.design") / "new.txt").read_text(encoding="utf-8")
+    head = head.format(name=name, merits=_describe(MERITS), variables=_describe(VARIABLES))
+    body = re.sub(r"\A(?:#.*\n)+", "", example_texts()[start])
+    body = re.sub(r'^name = ".*"$', f'name = "{name}"', body, flags=re.MULTILINE)
+    path = store_file(out or f"{name}.toml", head + body, overwrite)
     return NewSpecification(name=name, file=str(path))
+
+
+def _describe(specs: Mapping[str, QuantitySpec]) -> str:
+    """Return a comment for each quantity, with its unit."""
+    lines = []
+    for key, spec in specs.items():
+        words = f"{spec.text} [{spec.unit}]" if spec.unit != "1" else spec.text
+        start, indent = f"#   {key:<20} ", f"#   {'':<20} "
+        lines.append(textwrap.fill(words, 96, initial_indent=start, subsequent_indent=indent))
+    return "\n".join(lines)

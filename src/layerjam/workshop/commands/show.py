@@ -40,7 +40,7 @@ class BrakeSummary(PredictionResult):
     name: str = fact("name of the brake")
     mass: float = number("kg", "mass of the brake")
     drawn_mass: float | None = number(
-        "kg", ("mass of the brake as drawn by `build`; null if it cannot be drawn")
+        "kg", "mass of the brake as drawn by `build`; null if it cannot be drawn"
     )
     stiffness_before_slip: float = number("N/m", "stiffness before slip, eq. 1")
     stiffness_sliding: float = number("N/m", "stiffness while sliding, eq. 6, at rest lengths")
@@ -125,9 +125,8 @@ def show(
         words = "these numbers use the single modulus of the enclosure, not its [hyperelastic] law"
         notices.append(Notice(words, "one-modulus"))
     if not bool(peak.inside):
-        notices.append(
-            Notice("even at full vacuum a pull has no peak: the force rises to the end", "no-peak")
-        )
+        text = "even at full vacuum a pull has no peak: the force rises to the end"
+        notices.append(Notice(text, "no-peak"))
     prediction = Prediction(brake, full_vacuum, travel, None, device, interval == "mean")
     stated = prediction.state(**find_forces(prediction.brakes))
     greatest_stress = stated["intervals"]["clamp_stress"]["high"] or math.inf

@@ -90,19 +90,11 @@ def sweep(
                     progress("designs", designs_done / total)
         except KeyboardInterrupt:
             designs_done = total - len(store.find_missing_blocks(total))
-            notice = (
-                f"stopped: {designs_done} of {total} blocks are done; run the same command to "
-                "resume"
-            )
-            return make(
-                name=spec.name,
-                designs=spec.grid.size,
-                complete=False,
-                blocks_done=designs_done,
-                blocks_found=before,
-                bytes=store.size_in_bytes(),
-                warnings=[Notice(notice, "stopped")],
-            )
+            text = f"stopped: {designs_done} of {total} blocks are done; run the same command to "
+            facts = {"name": spec.name, "designs": spec.grid.size, "complete": False}
+            facts |= {"blocks_done": designs_done, "blocks_found": before}
+            size, notice = store.size_in_bytes(), Notice(f"{text}resume", "stopped")
+            return make(**facts, bytes=size, warnings=[notice])
         sweep_result = store.write_manifest(total)
         whole_chunk = functools.partial(
             make, complete=True, blocks_done=total, blocks_found=before, bytes=store.size_in_bytes()

@@ -248,9 +248,6 @@ class Store:
         """Return the size of the sweep on disk."""
         return sum(p.stat().st_size for p in self.folder.rglob("*") if p.is_file())
 
-    read, missing, blocks = read_block, find_missing_blocks, read_blocks  # former names
-    finish, bytes = write_manifest, size_in_bytes
-
 
 def write_block(path: Path, data: bytes) -> None:
     """Write a file so that it appears completely or not at all, and survives a power failure."""

@@ -214,9 +214,6 @@ class Boxes:
         """Return a constraint's quantity for one design, given its number."""
         return float(self.constraint_values(np.array([number]), c)[0])
 
-    signs, corner, prove = directions, best_corners, prove_feasibility  # former names
-    single, values, value = best_corner_value, constraint_values, constraint_value
-
 
 def _bisect_boxes(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
     """Return the boxes, each cut in two along its longest side, with sides weighted by `first`."""

@@ -112,6 +112,3 @@ def compute_blocks(
                 ) from None
             submit_block(1)
             yield index, data
-
-
-__all__ = ["ClusterError", "check_cluster", "compute_block", "compute_blocks"]

@@ -22,29 +22,25 @@ from layerjam.workshop.design.requirements import Constraint, Objective
 from layerjam.workshop.design.specification import example_texts
 from layerjam.workshop.design.stopping import StopRequirement
 
-HOLD: Mapping[str, QuantitySpec] = MappingProxyType(
-    {
-        "force": evolve(MERITS["holding_force"], open_lo=True, hi=1e7),
-        "mass": QuantitySpec("kg", "maximum mass of all brakes", open_lo=True, hi=100),
-        "width": QuantitySpec("m", "maximum width of the sheets of one brake", open_lo=True, hi=1),
-        "length": QuantitySpec(
-            "m", "maximum length at rest, as built, including both heads", open_lo=True, hi=5
-        ),
-        "stress_margin": evolve(MERITS["stress_margin"], hi=100),
-        "travel": evolve(MERITS["usable_travel"], hi=5),
-        "vacuum": VARIABLES["vacuum"],
-    }
-)
+HOLD: Mapping[str, QuantitySpec] = {
+    "force": evolve(MERITS["holding_force"], open_lo=True, hi=1e7),
+    "mass": QuantitySpec("kg", "maximum mass of all brakes", open_lo=True, hi=100),
+    "width": QuantitySpec("m", "maximum width of the sheets of one brake", open_lo=True, hi=1),
+    "length": QuantitySpec(
+        "m", "maximum length at rest, as built, including both heads", open_lo=True, hi=5
+    ),
+    "stress_margin": evolve(MERITS["stress_margin"], hi=100),
+    "travel": evolve(MERITS["usable_travel"], hi=5),
+    "vacuum": VARIABLES["vacuum"],
+}
 """Requirements of a brake that resists a force; a stress_margin or travel of 0 sets no limit."""
 FORCES = MappingProxyType({"rest": "holding_force", "sliding": "max_force"})
 """{when a brake must resist: name of the force}: before it slips, or at the peak of a pull."""
-PREFERENCES = MappingProxyType(
-    {
-        "mass": Objective("mass", True),
-        "length": Objective("length", True),
-        "energy": Objective("energy_capacity", False),
-    }
-)
+PREFERENCES = {
+    "mass": Objective("mass", True),
+    "length": Objective("length", True),
+    "energy": Objective("energy_capacity", False),
+}
 """{preference: its objective}."""
 STOP: Mapping[str, QuantitySpec] = MappingProxyType(
     {name: spec for name, spec, _ in quantities(StopRequirement)}

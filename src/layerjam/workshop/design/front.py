@@ -64,10 +64,8 @@ def _front_in_order(columns: Array) -> Numbers:
         beaten = (columns[:, :, None] <= columns[:, None, :]).all(axis=0)
         return np.flatnonzero(~np.triu(beaten, 1).any(axis=0))
     half_count = count // 2
-    first, second = (
-        _front_in_order(columns[:, :half_count]),
-        half_count + _front_in_order(columns[:, half_count:]),
-    )
+    first = _front_in_order(columns[:, :half_count])
+    second = half_count + _front_in_order(columns[:, half_count:])
     is_kept = ~_are_beaten(columns[:, second], columns[:, first])
     return np.concatenate([first, second[is_kept]])
 

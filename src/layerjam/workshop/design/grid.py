@@ -111,8 +111,6 @@ class Grid:
             **{n: int(v) if VARIABLES[n].whole else float(v) for n, v in columns},
         }
 
-    most_in_row = max_series  # former name
-
 
 @dataclass(frozen=True)
 class Evaluation:
@@ -181,16 +179,13 @@ class Kernel:
 
     def merits(self, numbers: Numbers, deviations: Deviations | None = None) -> Array:
         """Return merits except those of the stop, shape (merits, n)."""
-        batch, evaluation = _pad_numbers(numbers), self.evaluation
-        point, logs = self.grid.point(batch), _pad_deviations(deviations, len(batch))
+        evaluation = self.evaluation
+        batch, point, logs = self._pad(numbers, deviations)
         base, stick_slip = evaluation.base, evaluation.stick_slip
         rows = np.asarray(_merits(point, base, stick_slip, logs, names=self.names))
         if evaluation.line is not None:
-            line = (
-                evaluation.line[:, self.grid.digits(batch)[self.vacuums]]
-                * point.series
-                * point.parallel
-            )
+            line = evaluation.line[:, self.grid.digits(batch)[self.vacuums]]
+            line = line * point.series * point.parallel
             # designs that cannot be built do not have the merits of the line either
             line[:, np.isnan(rows[self.names.index("mass")])] = np.nan
             rows = np.concatenate([rows, line])
@@ -201,8 +196,7 @@ class Kernel:
         evaluation = self.evaluation
         if len(numbers) == 0 or evaluation.stop is None:
             return np.full((len(STOP_MERITS), len(numbers)), math.nan)
-        batch = _pad_numbers(numbers)
-        point, logs = self.grid.point(batch), _pad_deviations(deviations, len(batch))
+        _, point, logs = self._pad(numbers, deviations)
         base, stop = evaluation.base, evaluation.stop
         rows = _stop_rows(point, base, stop, logs, row=self.grid.max_series)
         return np.asarray(rows)[:, : len(numbers)]
@@ -225,11 +219,10 @@ class Kernel:
         rows = []
         for start in range(0, len(drawing_numbers), PIECE):
             part = slice(start, start + PIECE)
-            batch, count = _pad_numbers(drawing_numbers[part]), len(drawing_numbers[part])
+            piece = drawing_numbers[part]
             logs = None if deviations is None else Deviations(*(row[part] for row in deviations))
-            logs = _pad_deviations(logs, len(batch))
-            point = self.grid.point(batch)
-            merits = drawn_merits(point, evaluation.base, evaluation.draw, count, logs)
+            _, point, logs = self._pad(piece, logs)
+            merits = drawn_merits(point, evaluation.base, evaluation.draw, len(piece), logs)
             rows.append([merits[name] for name in DRAWN_MERITS])
         return dict(zip(DRAWN_MERITS, np.concatenate(rows, axis=1)[:, places], strict=True))
 
@@ -241,14 +234,13 @@ class Kernel:
             rows = [np.concatenate([m, self.stops(p)]) for m, p in zip(rows, parts, strict=True)]
         return np.concatenate(rows, axis=1)
 
-
-def _pad_numbers(numbers: Numbers) -> Numbers:
-    """Pad design numbers to one of a few lengths, because each length is compiled separately."""
-    size = next(n for n in (256, 4096, PIECE) if n >= len(numbers))
-    return np.pad(np.asarray(numbers, np.int64), (0, size - len(numbers)), "edge")
-
-
-def _pad_deviations(deviations: Deviations | None, size: int) -> Deviations | None:
-    if deviations is None:
-        return None
-    return Deviations(*(np.pad(row, (0, size - len(row)), "edge") for row in deviations))
+    def _pad(
+        self, numbers: Numbers, deviations: Deviations | None
+    ) -> tuple[Numbers, Point, Deviations | None]:
+        """Pad designs to one of a few lengths, because each length is compiled separately."""
+        size = next(n for n in (256, 4096, PIECE) if n >= len(numbers))
+        more = (0, size - len(numbers))
+        if deviations is not None:
+            deviations = Deviations(*(np.pad(row, more, "edge") for row in deviations))
+        batch = np.pad(np.asarray(numbers, np.int64), more, "edge")
+        return batch, self.grid.point(batch), deviations

@@ -7,7 +7,6 @@ in series and in parallel. A base brake supplies everything else. All forces fol
 
 import math
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,62 +31,58 @@ from layerjam.core.units import QuantitySpec, get_spec, like, quantity, record
 
 _TIMES = QuantitySpec("1", "identical brakes", lo=1, hi=1000, whole=True)
 OF_SHEETS = ("count", "thickness", "width", "overlap", "free_left", "free_right")
-VARIABLES: Mapping[str, QuantitySpec] = MappingProxyType(
-    {
-        **{name: get_spec(Sheets, name) for name in OF_SHEETS},
-        "offset": QuantitySpec("m", "slip before use, subtracted from overlap and travel", hi=5),
-        "usable_travel": get_spec(Sheets, "usable_travel"),
-        "wall": get_spec(Enclosure, "wall"),
-        "fittings_mass": get_spec(Brake, "fittings_mass"),
-        "vacuum": QuantitySpec("Pa", "operating vacuum of the brake", hi=1.2e5, open_lo=True),
-        "series": evolve(_TIMES, text="identical brakes in series"),
-        "parallel": evolve(_TIMES, text="identical brakes in parallel"),
-    }
-)
+VARIABLES: Mapping[str, QuantitySpec] = {
+    **{name: get_spec(Sheets, name) for name in OF_SHEETS},
+    "offset": QuantitySpec("m", "slip before use, subtracted from overlap and travel", hi=5),
+    "usable_travel": get_spec(Sheets, "usable_travel"),
+    "wall": get_spec(Enclosure, "wall"),
+    "fittings_mass": get_spec(Brake, "fittings_mass"),
+    "vacuum": QuantitySpec("Pa", "operating vacuum of the brake", hi=1.2e5, open_lo=True),
+    "series": evolve(_TIMES, text="identical brakes in series"),
+    "parallel": evolve(_TIMES, text="identical brakes in parallel"),
+}
 """Variables of a design, with units, meanings and bounds; the film is chosen separately."""
 
-MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
-    {
-        "holding_force": QuantitySpec("N", "static friction of all sheets at rest"),
-        "max_force": QuantitySpec("N", "peak of a slow pull over the usable travel"),
-        "usable_travel": QuantitySpec("m", "usable slip of all brakes in series"),
-        "energy_capacity": QuantitySpec("J", "work over the usable travel"),
-        "mass": QuantitySpec("kg", "mass of all brakes"),
-        "volume": QuantitySpec("m^3", "boxes around the enclosures and clamped ends, at rest"),
-        "length": QuantitySpec("m", "length of all brakes in series, as built, at rest"),
-        "clamped_length": QuantitySpec(
-            "m", "length of the sheets of all brakes in series, with clamped ends, at rest"
-        ),
-        "height": QuantitySpec("m", "height of one stack in its enclosure"),
-        "force_density": QuantitySpec("N/kg", "ratio of max_force to mass"),
-        "energy_density": QuantitySpec("J/kg", "ratio of energy_capacity to mass"),
-        "stiffness": QuantitySpec(
-            "N/m", ("stiffness before slip; that of the sheets on the given brake's mount")
-        ),
-        "sheet_stress": QuantitySpec("Pa", "highest stress in a sheet's free part"),
-        "clamp_stress": QuantitySpec("Pa", "highest stress at the screw holes"),
-        "stress_margin": QuantitySpec("1", "ratio of film strength to clamp_stress"),
-        "buckling_force": QuantitySpec("N", "compressive force that buckles one sheet, at rest"),
-        "self_closing_vacuum": QuantitySpec(
-            "Pa", "vacuum below which the enclosure closes the brake, at the end of travel"
-        ),
-        "rise_time": QuantitySpec("s", "time from 10 to 90 % of the vacuum on the given line"),
-        "gas_work": QuantitySpec("J", "minimum pump work for one jam"),
-        "judder_margin": QuantitySpec(
-            "1", ("ratio of the stiffness to the minimum that avoids stick–slip")
-        ),
-        "stop_slip": QuantitySpec("m", "slip at which the mass stops"),
-        "stop_peak": QuantitySpec("N", "peak force of the stop"),
-        "film_area": QuantitySpec("m^2", "area of the sheets and spacers of all brakes, as drawn"),
-        "print_volume": QuantitySpec(
-            "m^3", "plastic to print for all brakes, including one mould and core, as drawn"
-        ),
-        "drawn_mass": QuantitySpec("kg", "mass of all brakes, as drawn"),
-        "buildable": QuantitySpec(
-            "1", "smallest margin of the checks that can reject a `build`; at least 1 passes"
-        ),
-    }
-)
+MERITS: Mapping[str, QuantitySpec] = {
+    "holding_force": QuantitySpec("N", "static friction of all sheets at rest"),
+    "max_force": QuantitySpec("N", "peak of a slow pull over the usable travel"),
+    "usable_travel": QuantitySpec("m", "usable slip of all brakes in series"),
+    "energy_capacity": QuantitySpec("J", "work over the usable travel"),
+    "mass": QuantitySpec("kg", "mass of all brakes"),
+    "volume": QuantitySpec("m^3", "boxes around the enclosures and clamped ends, at rest"),
+    "length": QuantitySpec("m", "length of all brakes in series, as built, at rest"),
+    "clamped_length": QuantitySpec(
+        "m", "length of the sheets of all brakes in series, with clamped ends, at rest"
+    ),
+    "height": QuantitySpec("m", "height of one stack in its enclosure"),
+    "force_density": QuantitySpec("N/kg", "ratio of max_force to mass"),
+    "energy_density": QuantitySpec("J/kg", "ratio of energy_capacity to mass"),
+    "stiffness": QuantitySpec(
+        "N/m", ("stiffness before slip; that of the sheets on the given brake's mount")
+    ),
+    "sheet_stress": QuantitySpec("Pa", "highest stress in a sheet's free part"),
+    "clamp_stress": QuantitySpec("Pa", "highest stress at the screw holes"),
+    "stress_margin": QuantitySpec("1", "ratio of film strength to clamp_stress"),
+    "buckling_force": QuantitySpec("N", "compressive force that buckles one sheet, at rest"),
+    "self_closing_vacuum": QuantitySpec(
+        "Pa", "vacuum below which the enclosure closes the brake, at the end of travel"
+    ),
+    "rise_time": QuantitySpec("s", "time from 10 to 90 % of the vacuum on the given line"),
+    "gas_work": QuantitySpec("J", "minimum pump work for one jam"),
+    "judder_margin": QuantitySpec(
+        "1", ("ratio of the stiffness to the minimum that avoids stick–slip")
+    ),
+    "stop_slip": QuantitySpec("m", "slip at which the mass stops"),
+    "stop_peak": QuantitySpec("N", "peak force of the stop"),
+    "film_area": QuantitySpec("m^2", "area of the sheets and spacers of all brakes, as drawn"),
+    "print_volume": QuantitySpec(
+        "m^3", "plastic to print for all brakes, including one mould and core, as drawn"
+    ),
+    "drawn_mass": QuantitySpec("kg", "mass of all brakes, as drawn"),
+    "buildable": QuantitySpec(
+        "1", "smallest margin of the checks that can reject a `build`; at least 1 passes"
+    ),
+}
 """All figures of merit with units and meanings; those that need more than a brake come last."""
 LINE_MERITS = ("rise_time", "gas_work")
 STOP_MERITS = ("stop_slip", "stop_peak")

@@ -15,14 +15,12 @@ from layerjam.core.toml_files.toml import parse_toml
 from layerjam.core.toml_files.values import Entry, TextSpec
 from layerjam.core.units import QuantitySpec
 
-FIELDS: Mapping[str, Entry] = MappingProxyType(
-    {
-        "mass": Entry(QuantitySpec("kg", "mass of the device", open_lo=True, hi=1e6), True),
-        "force": Entry(QuantitySpec("N", "maximum force", open_lo=True, hi=1e9)),
-        "torque": Entry(QuantitySpec("N m", "maximum torque", open_lo=True, hi=1e9)),
-        "lever": Entry(QuantitySpec("m", "lever arm of the torque", open_lo=True, hi=100)),
-    }
-)
+FIELDS: Mapping[str, Entry] = {
+    "mass": Entry(QuantitySpec("kg", "mass of the device", open_lo=True, hi=1e6), True),
+    "force": Entry(QuantitySpec("N", "maximum force", open_lo=True, hi=1e9)),
+    "torque": Entry(QuantitySpec("N m", "maximum torque", open_lo=True, hi=1e9)),
+    "lever": Entry(QuantitySpec("m", "lever arm of the torque", open_lo=True, hi=100)),
+}
 _REQUIRED = dict.fromkeys(("name", "class", "words"), Entry(TextSpec(blank=False)))
 _SHEET, _NONE = "paper-sheet", "looked_for"
 

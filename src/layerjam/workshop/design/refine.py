@@ -150,10 +150,8 @@ class Smooth:
         unit = np.eye(len(self.names))
         if self.spec.line is not None:
             vacuum = self._vacuum(x)
-            up, down = (
-                self._line_merits(vacuum * (1 + SLOPE_STEP)),
-                self._line_merits(vacuum * (1 - SLOPE_STEP)),
-            )
+            up = self._line_merits(vacuum * (1 + SLOPE_STEP))
+            down = self._line_merits(vacuum * (1 - SLOPE_STEP))
             place = unit[self.names.index("vacuum")]
             out |= {n: place * (up[n] - down[n]) / (2 * SLOPE_STEP * vacuum) for n in LINE_MERITS}
         if self.spec.drawn_merits:
@@ -295,8 +293,6 @@ class LocalSearch:
             if (self.constraint_margins(nearer) >= -ACCURACY).all():
                 return np.asarray(nearer)
         return None
-
-    full, best = all_values, find_best_point  # former names
 
 
 def sensitivities(

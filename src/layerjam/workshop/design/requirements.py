@@ -55,8 +55,6 @@ class Constraint:
         excess = value - self.limit if self.most else self.limit - value
         return max(excess, 0.0) / abs(self.limit) if self.limit else math.inf
 
-    holds, short, with_limit = is_met, shortfall, format_with_limit  # former names
-
 
 BUILDABLE = Constraint("buildable", False, 1.0)
 """Constraint that `build` accepts the design and finds it strong enough."""

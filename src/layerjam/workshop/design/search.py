@@ -4,8 +4,9 @@ A block of designs is cut into chunks that fit into the cache, one per core. The
 neither on the number of cores nor on the order in which they finish.
 """
 
+import functools
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -208,24 +209,23 @@ class Search:
             for steps in range(SURER):
                 likely = fits & (chance >= self.spec.confidence + steps / FEW - 1e-9)
                 best |= {*self._best_of_families(run.numbers, scores, likely)}
-        obstacle, reach = {}, {}
+        obstacle, reach = dict[int, int](), dict[int, int]()
         for i, c in enumerate(constraints):
             has_same_failures = failures == is_broken[i]
-            obstacle[i] = _masked_argmin(scores, has_same_failures & is_broken[i])
-            reach[i] = _masked_argmin(
-                quantities[i] if c.most else -quantities[i], has_same_failures
-            )
-        places = np.flatnonzero(fits)
-        maps = (_remove_missing_places(obstacle), _remove_missing_places(reach))
-        average = _masked_argmin(scores, fits)
+            if (k := _masked_argmin(scores, has_same_failures & is_broken[i])) is not None:
+                obstacle[i] = k
+            excess = quantities[i] if c.most else -quantities[i]
+            if (k := _masked_argmin(excess, has_same_failures)) is not None:
+                reach[i] = k
         return Highlights(
             scores,
-            places[find_front(costs[fits])],
+            np.flatnonzero(fits)[find_front(costs[fits])],
             sorted(best, key=lambda k: (scores[k], k))
             or self._best_of_families(run.numbers, scores, fits),
-            average,
+            _masked_argmin(scores, fits),
             _masked_argmin(-chance, fits),
-            *maps,
+            obstacle,
+            reach,
         )
 
     def _best_of_families(
@@ -262,20 +262,9 @@ class Search:
     def add_runs(self, parts: Iterable[SweepResult]) -> SweepResult:
         """Return the sum of several runs, in their order."""
         columns = zip(*(vars(part).values() for part in parts), strict=True)
-        examined_counts, built_counts, feasible, failed_counts, low, high, numbers, quantities = (
-            columns
-        )
-        run = SweepResult(
-            examined=sum(examined_counts),
-            built=sum(built_counts),
-            feasible=sum(feasible),
-            failed=np.sum(failed_counts, axis=0),
-            low=np.min(low, axis=0),
-            high=np.max(high, axis=0),
-            numbers=np.concatenate(numbers),
-            asked=np.concatenate(quantities, axis=1),
-        )
-        return self._keep_highlights(run)
+        pairs = zip(_JOIN.items(), columns, strict=True)
+        joined = {name: join(column) for (name, join), column in pairs}
+        return self._keep_highlights(SweepResult(**joined))
 
     def summary(self, run: SweepResult) -> dict[str, Any]:
         """Return a run as JSON, with its designs identified by number."""
@@ -322,14 +311,18 @@ class Search:
             for row, number in enumerate(numbers.tolist())
         ]
 
-    all, block, blocks, chunk, sum = run_all, run_block, count_blocks, run_chunk, add_runs
-    may_stop, meets, family = can_stop, check_constraints, families  # former names
+
+_JOIN: Mapping[str, Callable[..., Any]] = {
+    **dict.fromkeys(("examined", "built", "feasible"), sum),
+    "failed": functools.partial(np.sum, axis=0),
+    "low": functools.partial(np.min, axis=0),
+    "high": functools.partial(np.max, axis=0),
+    "numbers": np.concatenate,
+    "asked": functools.partial(np.concatenate, axis=1),
+}
+"""How two or more values of each field of SweepResult become one."""
 
 
 def _masked_argmin(values: Array, mask: npt.NDArray[np.bool_]) -> int | None:
     places = np.flatnonzero(mask & np.isfinite(values))
     return int(places[np.argmin(values[places])]) if len(places) else None
-
-
-def _remove_missing_places(places: dict[int, int | None]) -> dict[int, int]:
-    return {i: place for i, place in places.items() if place is not None}

@@ -87,6 +87,3 @@ def all_merits(
 def least_peak(mass: Any, speed: Any, travel: Any, gravity: Any) -> Any:
     """Return the lowest possible peak force [N] of a stop within a travel [m], M (v^2/2z + g)."""
     return mass * (speed**2 / (2 * travel) + gravity)
-
-
-gravity, stops = gravity_along_pull, run_stops  # former names

@@ -50,21 +50,15 @@ def _film_items(plan: Drawing) -> list[Item]:
     thickness = show(plan.file.brake.sheets.thickness, "m")
     product = plan.file.making.film.product
     material = f"film {thickness} thick" + (f", {product}" if product else "")
-    rows = [
-        Item(
-            part.name,
-            material,
-            str(part.count),
-            "pieces",
-            f"cut/{part.name}.dxf",
-            "drawn",
-        )
-        for part in plan.film.parts
-    ]
+    rows = [(part.name, material, part.count) for part in plan.film.parts]
     for piece in plan.film.pieces:
         size = f"{piece.length:.4g} mm × {piece.width:.4g} mm; the film runs along the first side"
-        rows.append(Item(piece.name, size, "1", "pieces", f"cut/{piece.name}.dxf", "drawn"))
-    return rows
+        rows.append((piece.name, size, 1))
+    return [_cut_item(*row) for row in rows]
+
+
+def _cut_item(name: str, text: str, count: int) -> Item:
+    return Item(name, text, str(count), "pieces", f"cut/{name}.dxf", "drawn")
 
 
 def _printed_items(plan: Drawing) -> list[Item]:
@@ -106,7 +100,7 @@ def _bought_items(plan: Drawing) -> list[Item]:
         ("dowel pin", size, 2 * number, "standard"),
         (
             "cable tie",
-            (f"{mm(build.tie_width):g} mm wide, for a circumference of {tie}"),
+            f"{mm(build.tie_width):g} mm wide, for a circumference of {tie}",
             2 * number,
             "choose",
         ),
@@ -157,7 +151,4 @@ def _board_items(plan: Drawing) -> list[Item]:
         rows.append(("yoke", "plate of any material, above and below the heads", 4))
     if plan.series > 1:
         rows.append(("link", "plate of any material", 2 * (plan.series - 1) * plan.parallel))
-    return [
-        Item(item, text, str(count), "pieces", f"cut/{item}.dxf", "drawn")
-        for item, text, count in rows
-    ]
+    return [_cut_item(*row) for row in rows]

@@ -42,10 +42,8 @@ def make_cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
 
 def _make_tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
     """Yield the tray for sheets and plate, with nut pockets and screw holes."""
-    top, bottom = (
-        lengths.stack / 2 + lengths.plate_height,
-        -lengths.stack / 2 - lengths.shelf_height,
-    )
+    top = lengths.stack / 2 + lengths.plate_height
+    bottom = -lengths.stack / 2 - lengths.shelf_height
     width, slot = lengths.tray_width / 2, lengths.slot / 2
     block = Box((-width, bottom), (width, top), mm(build.edge))
     yield add("x", -side.tray - mm(build.back), 0, block)

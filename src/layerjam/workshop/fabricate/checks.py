@@ -25,7 +25,7 @@ from layerjam.workshop.fabricate.masses import MassRow
 from layerjam.workshop.fabricate.parts import Part
 from layerjam.workshop.fabricate.silicone import silicone_checks
 from layerjam.workshop.fabricate.strength import strength_checks
-from layerjam.workshop.fabricate.verdicts import Check, constant_text
+from layerjam.workshop.fabricate.verdicts import Check, finding
 
 HEAD_RIM = 0.4
 """Length by which the clamp must exceed the diameter of a screw's head [mm]."""
@@ -342,8 +342,7 @@ def _describe_seal(tension: float, pressure: float, limit: float, ok: bool | Non
 def printing_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
     """Yield C2 (printer): whether each printed part fits into the printer, parallel to its axes."""
     if build.print_bed is None:
-        words = partial(constant_text, "not checked: the printer's build volume is not given")
-        yield Check(code="C2", key="print-bed", words=words)
+        yield finding("C2", "print-bed", "not checked: the printer's build volume is not given")
         return
     bed = [mm(side) for side in build.print_bed]
     for part in parts:
@@ -391,15 +390,9 @@ def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
     for (part, part_mass, model), bound in zip(pairs, (MASS_BOUND, *[PART_BOUND] * 2), strict=True):
         error = part_mass / model - 1
         text = f"{part}: {show(part_mass, 'kg')} as drawn, {error:+.1%} relative to "
-        text += f"{show(model, 'kg')} of "
-        yield Check(
-            code="C14",
-            key=f"mass-{part.split()[0]}",
-            words=partial(constant_text, text + "the model"),
-            value=error,
-            limit=bound,
-            passes=abs(error) <= bound,
-        )
+        text += f"{show(model, 'kg')} of the model"
+        limits = {"value": error, "limit": bound, "passes": abs(error) <= bound}
+        yield finding("C14", f"mass-{part.split()[0]}", text, **limits)
 
 
 def _to_mm(value: float) -> str:

@@ -1,12 +1,11 @@
 """Films that each cutter may cut: in the wrong film, a laser releases toxic gas."""
 
 from collections.abc import Sequence
-from functools import partial
 
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.core.errors import QuantityError
 from layerjam.core.toml_files.source import Source
-from layerjam.workshop.fabricate.verdicts import Check, constant_text
+from layerjam.workshop.fabricate.verdicts import Check, finding
 
 PUNCHED_BELOW = 5.0
 """Hole diameter [mm] below which a punch is needed: a plotter knife cannot cut the hole round."""
@@ -29,7 +28,7 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
     if cutter != "laser":
         advice = ADVICE[word] if word else "no laser-cutting data for this film"
         who = "tell the service: " if cutter == "service" and word in (None, "never") else ""
-        return Check(code="C15", key="film-and-laser", words=partial(constant_text, who + advice))
+        return finding("C15", "film-and-laser", who + advice)
     if word is None:
         raise QuantityError.of(
             "film.laser",
@@ -43,13 +42,8 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
             f"'{word}' has no source; write laser = {{ value = \"{word}\", kind = "
             '"measured", source = "..." } and state there how the fumes are removed',
         )
-    return Check(
-        code="C15",
-        key="film-and-laser",
-        words=partial(constant_text, f"{ADVICE[word]} ({source.sentence()})"),
-        passes=word != "never",
-        otherwise="refused",
-    )
+    text = f"{ADVICE[word]} ({source.sentence()})"
+    return finding("C15", "film-and-laser", text, passes=word != "never", otherwise="refused")
 
 
 def cutter_notes(file: BrakeFile, cutter: str) -> Sequence[str]:

@@ -1,7 +1,8 @@
 """One build before any file is written: lengths, parts, film, masses and checks."""
 
+import itertools
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from types import MappingProxyType
@@ -37,10 +38,8 @@ SCREWS = "layerjam assumes one for every 20 mm of width; the paper mentions a 'c
 """Basis of the default number of screws."""
 
 DRAWN = (
-    (
-        "the paper gives no dimensions of cap, clamp, neck, enclosure end or mould: layerjam "
-        "assumes all of them"
-    ),
+    "the paper gives no dimensions of cap, clamp, neck, enclosure end or mould: layerjam "
+    "assumes all of them",
     "spacers of the same film lie between the sheets in both caps; the paper mentions none",
     "screws and nuts to ISO 4762, 4032, 273 and 888, of steel, 7850 kg/m^3, with a tenth "
     "subtracted for a screw's thread and socket",
@@ -131,7 +130,8 @@ class Drawing:
 
     def notices(self) -> list[Notice]:
         """Return the warnings of a build."""
-        return [*warning_notices(self.checks), *_list_notices(self)]
+        checked = gauge_notices(self.file), rules.screw_notices(self.lengths), _list_notices(self)
+        return [*warning_notices(self.checks), *itertools.chain(*checked)]
 
 
 def draw_build(
@@ -169,56 +169,44 @@ def draw_build(
     )
 
 
-def _list_notices(plan: Drawing) -> list[Notice]:
+def _list_notices(plan: Drawing) -> Iterator[Notice]:
     brake, lengths = plan.file.brake, plan.lengths
-    warnings = [*gauge_notices(plan.file), *rules.screw_notices(lengths)]
     for side in lengths.sides:
         surplus = side.clamped * 1e-3 - brake.mount.clamped_length
         if surplus > 1e-6:
-            warnings.append(
-                Notice(
-                    f"the {side.name} sheets are {show(surplus, 'm')} longer than the sum of "
-                    "free length, overlap and clamped length: the surplus lengthens clamp and cap",
-                    "surplus-length",
-                )
+            yield Notice(
+                f"the {side.name} sheets are {show(surplus, 'm')} longer than the sum of "
+                "free length, overlap and clamped length: the surplus lengthens clamp and cap",
+                "surplus-length",
             )
     if lengths.count % 2 == 0:
-        warnings.append(
-            Notice(
-                f"{lengths.count} sheets: one outer face is a left sheet, the other a right "
-                "sheet; mark the faces",
-                "even-count",
-            )
+        yield Notice(
+            f"{lengths.count} sheets: one outer face is a left sheet, the other a right "
+            "sheet; mark the faces",
+            "even-count",
         )
     if plan.build.print_strength is None:
         stresses = [c.value for c in plan.checks if c.code == "C9" and c.value is not None]
-        warnings.append(
-            Notice(
-                "whether the printed caps hold was not checked (C9: up to "
-                f"{show(max(stresses), 'Pa', 3)}): give build.print_strength of your plastic",
-                "unchecked-caps",
-            )
+        yield Notice(
+            "whether the printed caps hold was not checked (C9: up to "
+            f"{show(max(stresses), 'Pa', 3)}): give build.print_strength of your plastic",
+            "unchecked-caps",
         )
     source = plan.file.sources.get("sheets.usable_travel", Source())
     if source.kind != "measured":
         travel = show(brake.sheets.usable_travel, "m")
         text = f"the usable travel of {travel} has not been tested on this brake"
-        warnings.append(Notice(text, "untested-travel"))
-    warnings.append(
-        Notice(
-            "uncured resin inhibits the cure of platinum silicone: seal a resin mould, and "
-            "test-cure a drop on it first",
-            "resin-mould",
-        )
+        yield Notice(text, "untested-travel")
+    yield Notice(
+        "uncured resin inhibits the cure of platinum silicone: seal a resin mould, and "
+        "test-cure a drop on it first",
+        "resin-mould",
     )
-    if plan.parallel > 1 and plan.yoke_moment is not None:
-        warnings.append(
-            Notice(
-                f"each yoke bears a moment of {show(plan.yoke_moment, 'N m', 3)}: its section "
-                "modulus must be at least this moment divided by the allowable stress. Brakes "
-                "in parallel have the same elongation only if the yoke does not tilt",
-                "yoke",
-            )
+    if plan.yoke_moment is not None:
+        yield Notice(
+            f"each yoke bears a moment of {show(plan.yoke_moment, 'N m', 3)}: its section "
+            "modulus must be at least this moment divided by the allowable stress. Brakes "
+            "in parallel have the same elongation only if the yoke does not tilt",
+            "yoke",
         )
-    warnings.append(Notice("we have never cut, printed or cast this design", "never-built"))
-    return warnings
+    yield Notice("we have never cut, printed or cast this design", "never-built")

@@ -30,7 +30,7 @@ from layerjam.workshop.fabricate.outline import (
     make_sheet,
     make_spacer,
 )
-from layerjam.workshop.fabricate.verdicts import ROUNDING, Check, constant_text
+from layerjam.workshop.fabricate.verdicts import ROUNDING, Check, finding
 
 LARGEST = (1169.0, 777.0)
 """Length and width of the pieces if no stock is given: A0 with space for a ruler [mm]."""
@@ -116,39 +116,25 @@ def lay_out_film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 
 def film_parts(build: Build, lengths: Lengths, copies: int = 1) -> list[CutPart]:
     """Return the nominal sheets and spacers of `copies` brakes, by side if the sides differ."""
     cut_parts = []
-    for kind, draw in (("sheet", _make_sheet), ("spacer", _make_spacer)):
+    for kind in ("sheet", "spacer"):
         counts = {side.name: getattr(side, f"{kind}s") for side in lengths.sides}
         if lengths.has_same_caps:
-            outline = draw(build, lengths, lengths.left)
+            outline = _make_part(kind, build, lengths, lengths.left)
             cut_parts.append(CutPart(kind, outline, copies * sum(counts.values())))
             continue
         for side in lengths.sides:
-            outline = draw(build, lengths, side)
+            outline = _make_part(kind, build, lengths, side)
             cut_parts.append(CutPart(f"{kind}-{side.name}", outline, copies * counts[side.name]))
     return cut_parts
 
 
-def _make_sheet(build: Build, lengths: Lengths, side: Side) -> Outline:
-    tip, clamp = mm(build.tip_radius), mm(build.clamp_radius)
-    return make_sheet(
-        lengths.sheet_length,
-        lengths.width,
-        clamp_length=side.clamped,
-        hole=lengths.hole,
-        screws=lengths.screws,
-        tip_radius=tip,
-        clamp_radius=clamp,
-    )
-
-
-def _make_spacer(build: Build, lengths: Lengths, side: Side) -> Outline:
-    return make_spacer(
-        side.clamped,
-        lengths.width,
-        hole=lengths.hole,
-        screws=lengths.screws,
-        clamp_radius=mm(build.clamp_radius),
-    )
+def _make_part(kind: str, build: Build, lengths: Lengths, side: Side) -> Outline:
+    options: dict[str, Any] = {"hole": lengths.hole, "screws": lengths.screws}
+    options["clamp_radius"] = mm(build.clamp_radius)
+    if kind == "spacer":
+        return make_spacer(side.clamped, lengths.width, **options)
+    options |= {"clamp_length": side.clamped, "tip_radius": mm(build.tip_radius)}
+    return make_sheet(lengths.sheet_length, lengths.width, **options)
 
 
 def _stock_size(build: Build) -> tuple[float, float] | None:
@@ -195,13 +181,11 @@ def _stock_check(
         part, axis, length = excess
         return _size_check("C1", "stock", f"{part} with its margins", axis, length, "--stock")
     if excess is not None:
-        return Check(
-            code="C1", key="stock", words=partial(constant_text, "no part fits on the laser bed")
-        )
+        return finding("C1", "stock", "no part fits on the laser bed")
     sizes = [f"{show(p.length * 1e-3, 'm')} × {show(p.width * 1e-3, 'm')}" for p in pieces]
     count = "1 piece" if len(pieces) == 1 else f"{len(pieces)} pieces"
     text = f"all film parts fit on {count} of {' and '.join(dict.fromkeys(sizes))}"
-    return Check(code="C1", key="stock", words=partial(constant_text, text), passes=True)
+    return finding("C1", "stock", text, passes=True)
 
 
 def _bed_check(
@@ -212,8 +196,7 @@ def _bed_check(
 ) -> Check:
     """Return C2 (laser bed): whether each piece fits on the bed, on which it may be turned."""
     if bed is None:
-        words = partial(constant_text, "not checked: the laser bed is not given")
-        return Check(code="C2", key="laser-bed", words=words)
+        return finding("C2", "laser-bed", "not checked: the laser bed is not given")
     if excess is not None and stock is None:
         part, axis, amount = excess
         part = f"{part} with its margins"
@@ -228,18 +211,15 @@ def _bed_check(
             if side > room + SLACK:
                 part = f"the film {piece.name}"
                 return _size_check("C2", "laser-bed", part, axis, side - room, "--stock")
-    words = partial(constant_text, "every piece fits on the laser bed")
-    return Check(code="C2", key="laser-bed", words=words, passes=True)
+    return finding("C2", "laser-bed", "every piece fits on the laser bed", passes=True)
 
 
 def _size_check(code: str, key: str, part: str, axis: str, excess: float, option: str) -> Check:
     bed = {"stock": "stock", "laser-bed": "laser bed"}[key]
     text = f"{part} exceeds the {bed} by {show(excess * 1e-3, 'm')} along its {axis}; "
     text += f"a different {option} or a smaller brake is needed"
-    return Check(
-        code=code, key=key, words=partial(constant_text, text), value=excess * 1e-3, limit=0.0,
-        unit="m", otherwise="refused",
-    )  # fmt: skip
+    limits = {"value": excess * 1e-3, "limit": 0.0, "unit": "m", "otherwise": "refused"}
+    return finding(code, key, text, **limits)
 
 
 def hole_checks(parts: Sequence[CutPart], lengths: Lengths) -> Iterator[Check]:

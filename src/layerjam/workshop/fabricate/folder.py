@@ -31,40 +31,32 @@ def check_folder(out: str | Path, overwrite: bool) -> Path:
     path = Path(out)
     check_file_name(path)
     with report_failure(out, "cannot be created"):
-        return _validate_folder(path, overwrite)
-
-
-def _validate_folder(path: Path, overwrite: bool) -> Path:
-    if not path.name:
-        raise FileError(path, "cannot be created as a folder; give a folder name")
-    if os.path.lexists(path) and not path.is_dir():
-        raise FileError(path, "is a file, not a folder")
-    if path.is_symlink():
-        raise FileError(path, "is a link; give the folder itself")
-    if not path.parent.is_dir():
-        raise FileError(path, f"cannot be created: there is no folder {path.parent}")
-    if not os.access(path.parent, os.W_OK):
-        raise FileError(path, f"cannot be created: the folder {path.parent} is read-only")
-    with make_hidden_folder(path.parent):
-        pass  # os.access is unreliable for administrators, so try to write
-    if path.is_dir():
+        if not path.name:
+            raise FileError(path, "cannot be created as a folder; give a folder name")
+        if os.path.lexists(path) and not path.is_dir():
+            raise FileError(path, "is a file, not a folder")
+        if path.is_symlink():
+            raise FileError(path, "is a link; give the folder itself")
+        if not path.parent.is_dir():
+            raise FileError(path, f"cannot be created: there is no folder {path.parent}")
+        if not os.access(path.parent, os.W_OK):
+            raise FileError(path, f"cannot be created: the folder {path.parent} is read-only")
+        with make_hidden_folder(path.parent):
+            pass  # os.access is unreliable for administrators, so try to write
+        if not path.is_dir():
+            return path
         if not overwrite:
             raise FileError(path, "already exists; --overwrite replaces it")
-        strange = sorted(_list_files(path) - _read_file_list(path))
-        if strange:
-            more_text = f" and {len(strange) - 1} more" if len(strange) > 1 else ""
-            raise FileError(
-                path,
-                (
-                    f"contains {strange[0]}{more_text}, which `build` did not write; move it or "
-                    "choose a different folder"
-                ),
-            )
+        present = {f.relative_to(path).as_posix() for f in path.rglob("*") if not f.is_dir()}
+        strange = sorted(present - _read_file_list(path))
+    if strange:
+        more_text = f" and {len(strange) - 1} more" if len(strange) > 1 else ""
+        raise FileError(
+            path,
+            f"contains {strange[0]}{more_text}, which `build` did not write; move it or "
+            "choose a different folder",
+        )
     return path
-
-
-def _list_files(path: Path) -> set[str]:
-    return {f.relative_to(path).as_posix() for f in path.rglob("*") if not f.is_dir()}
 
 
 def _read_file_list(path: Path) -> set[str]:

@@ -78,8 +78,6 @@ def make_coupon(hole: float, gap: float) -> list[Outline]:
     upper_length = 20.0 + gap + 12.5
     top = upper_length + 12.5 + gap + patch.width / 2
     row = [patch.translate(i * (patch.length + gap), top) for i in range(3)]
-    comb, square = (
-        comb.translate(0.0, upper_length),
-        square.translate(SLATS * SLAT + gap + 1, upper_length),
-    )
+    comb = comb.translate(0.0, upper_length)
+    square = square.translate(SLATS * SLAT + gap + 1, upper_length)
     return [strip, comb, square, *row]

@@ -99,6 +99,10 @@ class _Row:
     low: float
     height: float
     free: float
+    end: float
+
+    def has_room(self, long: float, wide: float) -> bool:
+        return wide <= self.height + SLACK and self.free + long <= self.end + SLACK
 
 
 class _Filling:
@@ -116,17 +120,13 @@ class _Filling:
         long, wide = part.outline.length, part.outline.width
         row = 0
         for _ in range(part.count):
-            while row < len(self.rows) and not self._has_room_in_row(self.rows[row], long, wide):
+            while row < len(self.rows) and not self.rows[row].has_room(long, wide):
                 row += 1
             if row == len(self.rows):
                 self.rows.append(self._add_row(wide))
             target = self.rows[row]
             self.places[target.piece].append((part, target.free, target.low))
             target.free += long + self.gap
-
-    def _has_room_in_row(self, row: _Row, long: float, wide: float) -> bool:
-        end = self.stock[0] - self.margin
-        return wide <= row.height + SLACK and row.free + long <= end + SLACK
 
     def _add_row(self, wide: float) -> _Row:
         """Return a row above the last one, or the first row of a new piece."""
@@ -136,7 +136,7 @@ class _Filling:
         if not self.rows or low + wide > end + SLACK:
             self.places.append([])
             low = self.margin
-        return _Row(len(self.places) - 1, low, wide, self.margin)
+        return _Row(len(self.places) - 1, low, wide, self.margin, self.stock[0] - self.margin)
 
     def sizes(self) -> list[tuple[float, float]]:
         """Return the length and width that each piece needs [mm]."""

@@ -152,7 +152,7 @@ class Outline:
                 vertices.append(Vertex(*stop, QUARTER))
         # there is no line between two arcs that meet
         pairs = zip(vertices, [*vertices[1:], vertices[0]], strict=True)
-        return [v for v, w in pairs if v.bulge or not _are_equal(v, w)]
+        return [v for v, w in pairs if v.bulge or math.dist(v[:2], w[:2]) >= 1e-9]
 
     def points(self, chord: float = 0.01) -> list[tuple[float, float]]:
         """Return the closed edge as a polygon within `chord` [mm] of the arcs."""
@@ -163,10 +163,6 @@ class Outline:
             if vertex.bulge:
                 polygon += _arc_points(vertex, following, chord)
         return polygon
-
-
-def _are_equal(a: Vertex, b: Vertex) -> bool:
-    return math.dist(a[:2], b[:2]) < 1e-9
 
 
 def _arc_points(begin: Vertex, stop: Vertex, chord: float) -> list[tuple[float, float]]:
@@ -183,12 +179,8 @@ def _arc_points(begin: Vertex, stop: Vertex, chord: float) -> list[tuple[float, 
 
 def bounding_box(parts: Sequence[Outline]) -> tuple[float, float, float, float]:
     """Return the smallest x and y and the largest x and y of several parts [mm]."""
-    boxes = [part.box() for part in parts]
-    low, high = boxes[0][:2], boxes[0][2:]
-    for box in boxes[1:]:
-        low = min(low[0], box[0]), min(low[1], box[1])
-        high = max(high[0], box[2]), max(high[1], box[3])
-    return (*low, *high)
+    lefts, lows, rights, highs = zip(*(part.box() for part in parts), strict=True)
+    return min(lefts), min(lows), max(rights), max(highs)
 
 
 def clamp_holes(clamp_length: float, width: float, screws: int, hole: float) -> list[Circle]:
@@ -221,10 +213,5 @@ def make_spacer(
     clamp_length: float, width: float, *, hole: float, screws: int = 1, clamp_radius: float = 0.5
 ) -> Outline:
     """Return one spacer [mm], which fills the gap between two sheets inside a cap."""
-    return Outline(
-        length=clamp_length,
-        width=width,
-        start=clamp_radius,
-        end=clamp_radius,
-        holes=clamp_holes(clamp_length, width, screws, hole),
-    )
+    options = {"clamp_length": clamp_length, "hole": hole, "clamp_radius": clamp_radius}
+    return make_sheet(clamp_length, width, screws=screws, tip_radius=clamp_radius, **options)

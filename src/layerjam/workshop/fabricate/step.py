@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.core.errors import MissingExtraError, raise_interrupt
-from layerjam.workshop.fabricate.solid import PLANE, Axis, Box, Ellipse, Prism, Solid
+from layerjam.workshop.fabricate.solid import PLANE, Axis, Ellipse, Prism, Section, Solid
 
 STAMP = "2000-01-01T00:00:00"
 """Fixed time stamp, so that identical parts produce identical files."""
@@ -108,13 +108,7 @@ def _sweep_prism(prism: Prism) -> Any:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
     from OCP.gp import gp_Vec
 
-    section = prism.section
-    wire = (
-        _rectangle_wire(prism, section)
-        if isinstance(section, Box)
-        else _ellipse_wire(prism, section)
-    )
-    face = BRepBuilderAPI_MakeFace(wire, True).Face()
+    face = BRepBuilderAPI_MakeFace(_draw_wire(prism, prism.section), True).Face()
     direction = gp_Vec(*DIRECTIONS[prism.axis]).Multiplied(prism.end - prism.start)
     return BRepPrimAPI_MakePrism(face, direction).Shape()
 
@@ -127,16 +121,15 @@ def _make_point(prism: Prism, u: float, v: float) -> Any:
     return gp_Pnt(coordinates["x"], coordinates["y"], coordinates["z"])
 
 
-def _rectangle_wire(prism: Prism, section: Box) -> Any:
+def _draw_wire(prism: Prism, section: Section) -> Any:
+    """Return the edge of a section at the start of its prism."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 
+    if isinstance(section, Ellipse):
+        curve = _round_edge(prism, section.centre, section.first, section.second)
+        return BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve).Edge()).Wire()
     (a, b), (c, d), r = section.low, section.high, section.radius
     wire = BRepBuilderAPI_MakeWire()
-    if not r:
-        corners = [_make_point(prism, *corner) for corner in ((a, b), (c, b), (c, d), (a, d))]
-        for begin, stop in zip(corners, [*corners[1:], corners[0]], strict=True):
-            wire.Add(BRepBuilderAPI_MakeEdge(begin, stop).Edge())
-        return wire.Wire()
     # straight pieces from `start` to `end`, then the arc about `centre` to the next piece
     pieces = [
         ((a + r, b), (c - r, b), (c - r, b + r)),
@@ -147,15 +140,9 @@ def _rectangle_wire(prism: Prism, section: Box) -> Any:
     for (start, end, centre), (turn, _, _) in zip(pieces, [*pieces[1:], pieces[0]], strict=True):
         begin, stop = _make_point(prism, *end), _make_point(prism, *turn)
         wire.Add(BRepBuilderAPI_MakeEdge(_make_point(prism, *start), begin).Edge())
-        wire.Add(BRepBuilderAPI_MakeEdge(_round_edge(prism, centre, r, r), begin, stop).Edge())
+        if r:
+            wire.Add(BRepBuilderAPI_MakeEdge(_round_edge(prism, centre, r, r), begin, stop).Edge())
     return wire.Wire()
-
-
-def _ellipse_wire(prism: Prism, section: Ellipse) -> Any:
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
-
-    curve = _round_edge(prism, section.centre, section.first, section.second)
-    return BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve).Edge()).Wire()
 
 
 def _round_edge(prism: Prism, centre: tuple[float, float], first: float, second: float) -> Any:

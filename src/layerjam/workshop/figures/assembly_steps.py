@@ -35,7 +35,7 @@ def _check_ids(drawing: Drawing, *codes: str) -> str:
 PATTERN = "cut/pattern.pdf"
 
 
-def film_steps(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) -> list[Step]:
+def film_steps(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) -> list[str]:
     """Return the steps from film to a stack of sheets, given the written `files` (None: all)."""
     lengths, build = drawing.lengths, drawing.build
     made_of = ", ".join(f"{part.count} × cut/{part.name}.dxf" for part in drawing.film.parts)
@@ -49,11 +49,9 @@ def film_steps(drawing: Drawing, coupons: bool, files: Collection[str] | None = 
         "INFO layer. The plotter adds its own offset and overcut.",
     }[build.cutter]
     out = [
-        Step(
-            f"Measure the film's thickness in five places: it should be {_m(lengths.thickness)}. A "
-            f"stack more than 7 % off {_m(lengths.stack)} changes the clamping and the force."
-        ),
-        Step(_check_ids(drawing, "C15")),
+        f"Measure the film's thickness in five places: it should be {_m(lengths.thickness)}. A "
+        f"stack more than 7 % off {_m(lengths.stack)} changes the clamping and the force.",
+        _check_ids(drawing, "C15"),
     ]
     if coupons:
         kerf_hint = {
@@ -62,35 +60,29 @@ def film_steps(drawing: Drawing, coupons: bool, files: Collection[str] | None = 
             "knife": "a knife leaves almost none.",
         }[build.cutter]
         out.append(
-            Step(
-                "Cut cut/coupon.dxf first, from the same film. Push the ten slats of the comb "
-                "together in their frame: the remaining gap, divided by 11, is the kerf; "
-                f"{kerf_hint}"
-            )
+            "Cut cut/coupon.dxf first, from the same film. Push the ten slats of the comb "
+            "together in their frame: the remaining gap, divided by 11, is the kerf; "
+            f"{kerf_hint}"
         )
     by_hand = f" By hand, cut through {PATTERN} printed at 100 %; its ruler must measure 100 mm."
     if files is not None and PATTERN not in files:
         by_hand = " One piece exceeds every paper size, so there is no pattern to cut by hand."
     out += [
-        Step(f"Cut {made_of}. {cutter}"),
-        Step(
-            "Align every part with the film's direction, as drawn: the film "
-            f"has different properties along and across it.{by_hand}"
-        ),
+        f"Cut {made_of}. {cutter}",
+        "Align every part with the film's direction, as drawn: the film "
+        f"has different properties along and across it.{by_hand}",
     ]
     if lengths.hole < PUNCHED_BELOW and build.cutter == "knife":
-        out.append(Step(f"Punch the {_m(lengths.hole)} holes: a knife cannot cut round holes."))
+        out.append(f"Punch the {_m(lengths.hole)} holes: a knife cannot cut round holes.")
     out.append(
-        Step(
-            "Remove beads and char from the edges, wipe every part, and wear clean gloves. "
-            f"Press all {lengths.count} sheets of one brake flat: the stack must measure "
-            f"{_m(lengths.stack)}. If it measures more, beads remain."
-        )
+        "Remove beads and char from the edges, wipe every part, and wear clean gloves. "
+        f"Press all {lengths.count} sheets of one brake flat: the stack must measure "
+        f"{_m(lengths.stack)}. If it measures more, beads remain."
     )
     return out
 
 
-def cap_steps(drawing: Drawing) -> list[Step]:
+def cap_steps(drawing: Drawing) -> list[str]:
     """Return the steps for the printed parts, which are fitted before anything is stacked."""
     lengths, build = drawing.lengths, drawing.build
     thread = lengths.thread
@@ -106,28 +98,20 @@ def cap_steps(drawing: Drawing) -> list[Step]:
     )
     sides = "" if lengths.has_same_caps else " Mark left and right: the caps differ."
     return [
-        Step(
-            f"Print {printed_parts} (print/print.3mf and print/*.stl contain one of each), solid, "
-            "by SLA as in the paper. A cap printed from filament leaks between its layers unless "
-            f"it is sealed.{sides}"
-        ),
-        Step(
-            "Uncured resin and solvent harm skin, eyes and lungs: work in a well-"
-            "ventilated area, preferably under extraction, away from flames, with safety "
-            "glasses and nitrile gloves. Wash and cure the parts, then clear the bores: blow "
-            "through each cap from the port to the tray."
-        ),
-        Step(f"{port} Do it now: later, chips would fall into the stack."),
-        Step(
-            f"Do a dry fit. {screw_name(lengths)} passes through plate and shelf. The "
-            f"{thread.name} nut slides into its pocket from the front and does not turn. "
-            f"The plate drops into the tray. The {_m(mm(build.pin))} dowel slides through "
-            f"the head.{_describe_nut_corners(drawing)}"
-        ),
-        Step(
-            "Break every edge that the enclosure will touch, neck and tray first, and feel for "
-            "burrs: a nick there causes a leak."
-        ),
+        f"Print {printed_parts} (print/print.3mf and print/*.stl contain one of each), solid, "
+        "by SLA as in the paper. A cap printed from filament leaks between its layers unless "
+        f"it is sealed.{sides}",
+        "Uncured resin and solvent harm skin, eyes and lungs: work in a well-"
+        "ventilated area, preferably under extraction, away from flames, with safety "
+        "glasses and nitrile gloves. Wash and cure the parts, then clear the bores: blow "
+        "through each cap from the port to the tray.",
+        f"{port} Do it now: later, chips would fall into the stack.",
+        f"Do a dry fit. {screw_name(lengths)} passes through plate and shelf. The "
+        f"{thread.name} nut slides into its pocket from the front and does not turn. "
+        f"The plate drops into the tray. The {_m(mm(build.pin))} dowel slides through "
+        f"the head.{_describe_nut_corners(drawing)}",
+        "Break every edge that the enclosure will touch, neck and tray first, and feel for "
+        "burrs: a nick there causes a leak.",
     ]
 
 
@@ -143,7 +127,7 @@ def _describe_nut_corners(drawing: Drawing) -> str:
     )
 
 
-def sleeve_steps(drawing: Drawing) -> list[Step]:
+def sleeve_steps(drawing: Drawing) -> list[str]:
     """Return the steps for the enclosure: mould, silicone, cutting to length."""
     lengths, build, silicone = drawing.lengths, drawing.build, drawing.file.making.enclosure
     halves = drawing.silicone_parts
@@ -167,33 +151,23 @@ def sleeve_steps(drawing: Drawing) -> list[Step]:
     amount += " for each casting" if drawing.brakes > 1 else ""
     castings = "" if drawing.brakes == 1 else f" {drawing.brakes} castings are needed."
     return [
-        Step(
-            "Print both halves and the core. Uncured resin, sulphur, latex and tin-cured silicone "
-            "keep platinum silicone from curing. Seal a printed mould and wear vinyl gloves. "
-            "Let a dab cure on a corner of the mould before you fill it."
-        ),
-        Step(
-            f"{_check_ids(drawing, 'C13')} Place the core in its seats, set the upper half on the "
-            f"two keys and close the mould with {count} bolts ({mould_bolt(drawing)})."
-        ),
-        Step(f"{amount} and degas it. {life} {_check_ids(drawing, 'C12')}"),
-        Step(
-            "Stand the mould on end, sprue at the bottom. Inject slowly at the sprue until "
-            "silicone runs from both vents, then plug the sprue."
-        ),
-        Step(
-            f"{cure}, open the mould, and work the core out with soapy water. Trim "
-            f"{_m(mm(build.trim))} off each end, including sprue and vents: {_m(lengths.sleeve)} "
-            f"remain. Rinse it and let it dry.{castings}"
-        ),
-        Step(
-            f"Measure the wall in eight places: it should be {_m(lengths.wall)}. Hold the "
-            "enclosure up to the light: a bubble is a leak."
-        ),
+        "Print both halves and the core. Uncured resin, sulphur, latex and tin-cured silicone "
+        "keep platinum silicone from curing. Seal a printed mould and wear vinyl gloves. "
+        "Let a dab cure on a corner of the mould before you fill it.",
+        f"{_check_ids(drawing, 'C13')} Place the core in its seats, set the upper half on the "
+        f"two keys and close the mould with {count} bolts ({mould_bolt(drawing)}).",
+        f"{amount} and degas it. {life} {_check_ids(drawing, 'C12')}",
+        "Stand the mould on end, sprue at the bottom. Inject slowly at the sprue until "
+        "silicone runs from both vents, then plug the sprue.",
+        f"{cure}, open the mould, and work the core out with soapy water. Trim "
+        f"{_m(mm(build.trim))} off each end, including sprue and vents: {_m(lengths.sleeve)} "
+        f"remain. Rinse it and let it dry.{castings}",
+        f"Measure the wall in eight places: it should be {_m(lengths.wall)}. Hold the "
+        "enclosure up to the light: a bubble is a leak.",
     ]
 
 
-def stack_steps(drawing: Drawing) -> list[Step]:
+def stack_steps(drawing: Drawing) -> list[str]:
     """Return the steps for placing the layers in both caps, and for the clamps."""
     lengths = drawing.lengths
     left, right = lengths.sides
@@ -206,30 +180,20 @@ def stack_steps(drawing: Drawing) -> list[Step]:
     nuts = "the nut" if lengths.screws == 1 else f"the {lengths.screws} nuts"
     screw = "the screw" if lengths.screws == 1 else "the screws in turn"
     return [
-        Step(
-            f"Slide {nuts} of each cap into the shelf from the front. Cut a board from "
-            f"cut/jig.dxf, or drill two holes {distance}, and set the caps on dowels in the "
-            f"board, with the trays facing each other.{_describe_levelling(drawing)}"
-        ),
-        Step(
-            f"Put a rod or a drill bit of {lengths.thread.size - lengths.thread.pitch:g} "
-            "mm in the nut below each screw hole: it keeps every layer in place."
-        ),
-        Step(
-            f"Stack from below as drawn above: a left sheet, a spacer behind it in the right cap; "
-            f"then a right sheet, and a spacer in the left cap; and so on. The left cap holds "
-            f"{left.sheets} sheets and {left.spacers} spacers, the right cap {right.sheets} and "
-            f"{right.spacers}: {lengths.count} layers in each. {faces}"
-        ),
-        Step(
-            "Lay the plates on, replace each rod with its screw, one after the other, and "
-            f"tighten {screw}. {_check_ids(drawing, 'C8')} Tighten again after an hour and after a "
-            "day: plastic creeps under the screw, and only the clamping force holds."
-        ),
-        Step(
-            f"Check that the cap faces are {_m(lengths.free)} apart. Pull by hand: all sheets must "
-            "slide, none may buckle, and every hole must lie under its screw."
-        ),
+        f"Slide {nuts} of each cap into the shelf from the front. Cut a board from "
+        f"cut/jig.dxf, or drill two holes {distance}, and set the caps on dowels in the "
+        f"board, with the trays facing each other.{_describe_levelling(drawing)}",
+        f"Put a rod or a drill bit of {lengths.thread.size - lengths.thread.pitch:g} "
+        "mm in the nut below each screw hole: it keeps every layer in place.",
+        f"Stack from below as drawn above: a left sheet, a spacer behind it in the right cap; "
+        f"then a right sheet, and a spacer in the left cap; and so on. The left cap holds "
+        f"{left.sheets} sheets and {left.spacers} spacers, the right cap {right.sheets} and "
+        f"{right.spacers}: {lengths.count} layers in each. {faces}",
+        "Lay the plates on, replace each rod with its screw, one after the other, and "
+        f"tighten {screw}. {_check_ids(drawing, 'C8')} Tighten again after an hour and after a "
+        "day: plastic creeps under the screw, and only the clamping force holds.",
+        f"Check that the cap faces are {_m(lengths.free)} apart. Pull by hand: all sheets must "
+        "slide, none may buckle, and every hole must lie under its screw.",
     ]
 
 
@@ -248,7 +212,7 @@ def _describe_levelling(drawing: Drawing) -> str:
     return f" The caps differ in height: place strips of card or film, {words}."
 
 
-def final_steps(drawing: Drawing) -> list[Step]:
+def final_steps(drawing: Drawing) -> list[str]:
     """Return the steps for enclosure, ties and fittings."""
     lengths, build = drawing.lengths, drawing.build
     ends = f"{_m(lengths.left.reach)} behind the face of each cap"
@@ -263,49 +227,37 @@ def final_steps(drawing: Drawing) -> list[Step]:
         else f"Glue the {_m(mm(float(build.port)))} tubes in"
     )
     return [
-        Step(
-            "Take the brake off the jig and pull out the dowels. In a well-ventilated area, "
-            "wearing safety glasses and away from flames, wet the inside of the enclosure with "
-            "isopropyl alcohol. Widen it with your fingers, and pull it over one head "
-            "and cap and along the stack until it covers both necks. Use no talc or oil: "
-            "the sheets work by friction. Let the alcohol dry."
-        ),
-        Step(
-            f"The enclosure must end {ends}, at the head, "
-            "and lie straight, without a fold over the groove."
-        ),
-        Step(
-            f"Tie both necks in their grooves with ties {_m(mm(build.tie_width))} wide. Tighten by "
-            f"hand, with about {show(build.tie_tension, 'N')}, turn the locks to opposite sides, "
-            f"and cut the ends flush. {_check_ids(drawing, 'C11')}"
-        ),
-        Step(
-            f"{fitting}. Fit one to each port: one for the line to the pump or the valve, "
-            "the other for a sensor or a plug."
-        ),
-        Step("Put the dowels back. The brake hangs from the dowels only."),
+        "Take the brake off the jig and pull out the dowels. In a well-ventilated area, "
+        "wearing safety glasses and away from flames, wet the inside of the enclosure with "
+        "isopropyl alcohol. Widen it with your fingers, and pull it over one head "
+        "and cap and along the stack until it covers both necks. Use no talc or oil: "
+        "the sheets work by friction. Let the alcohol dry.",
+        f"The enclosure must end {ends}, at the head, "
+        "and lie straight, without a fold over the groove.",
+        f"Tie both necks in their grooves with ties {_m(mm(build.tie_width))} wide. Tighten by "
+        f"hand, with about {show(build.tie_tension, 'N')}, turn the locks to opposite sides, "
+        f"and cut the ends flush. {_check_ids(drawing, 'C11')}",
+        f"{fitting}. Fit one to each port: one for the line to the pump or the valve, "
+        "the other for a sensor or a plug.",
+        "Put the dowels back. The brake hangs from the dowels only.",
     ]
 
 
-def array_steps(drawing: Drawing) -> list[Step]:
+def array_steps(drawing: Drawing) -> list[str]:
     """Return the steps for yokes and links."""
     out = []
     if drawing.series > 1:
         out.append(
-            Step(
-                f"Join {drawing.series} brakes in a row with two links at each joint "
-                "(cut/link.dxf), one above and one below the heads, on their dowels."
-            )
+            f"Join {drawing.series} brakes in a row with two links at each joint "
+            "(cut/link.dxf), one above and one below the heads, on their dowels."
         )
     if drawing.parallel > 1 and drawing.yoke_moment is not None:
         out.append(
-            Step(
-                f"Set {drawing.parallel} side by side between two yokes at each end "
-                f"(cut/yoke.dxf). Bending moment: {show(drawing.yoke_moment, 'N m', 3)}. The "
-                "section modulus of each yoke must be at least this moment divided by the "
-                "allowable stress of your material. The load hangs from the eye; the brakes "
-                "elongate equally only while the yoke does not tilt."
-            )
+            f"Set {drawing.parallel} side by side between two yokes at each end "
+            f"(cut/yoke.dxf). Bending moment: {show(drawing.yoke_moment, 'N m', 3)}. The "
+            "section modulus of each yoke must be at least this moment divided by the "
+            "allowable stress of your material. The load hangs from the eye; the brakes "
+            "elongate equally only while the yoke does not tilt."
         )
     return out
 

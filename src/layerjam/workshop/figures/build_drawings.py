@@ -36,10 +36,16 @@ def _draw_box(
     axes.add_patch(Rectangle((x[0], z[0]), x[1] - x[0], z[1] - z[0], **options))
 
 
-def _draw_circle(axes: Axes, center: tuple[float, float], size: float) -> None:
+def _draw_circle(axes: Axes, center: tuple[float, float], size: float, lw: float = 0.7) -> None:
     from matplotlib.patches import Circle
 
-    axes.add_patch(Circle(center, size / 2, facecolor="white", edgecolor=INK, lw=0.7))
+    axes.add_patch(Circle(center, size / 2, facecolor="white", edgecolor=INK, lw=lw))
+
+
+def _write(
+    axes: Axes, x: float, y: float, text: str, ha: str, va: str = "center", **options: Any
+) -> None:
+    axes.text(x, y, text, ha=ha, va=va, **{"fontsize": style.WORDS, **options})
 
 
 def _make_figure(
@@ -192,7 +198,7 @@ def _draw_dimension_chain(axes: Axes, parts: Sequence[Part], level: float, unit:
         )
         edges[row] = middle + text_width / 2
         z = level - (1.4 + 2.2 * row) * unit
-        axes.text(middle, z, text, ha="center", va="top", fontsize=style.WORDS)
+        _write(axes, middle, z, text, "center", "top")
 
 
 def _draw_heights(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> None:
@@ -202,8 +208,7 @@ def _draw_heights(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> N
             axes.plot((x - 1.2 * unit, x + 0.6 * unit), (z, z), color=GREY, lw=0.5)
         _draw_dimension(axes, (x, low), (x, high))
         text = f"{words} {high - low:.4g}"
-        ha = "left" if unit > 0 else "right"
-        axes.text(x + unit, (low + high) / 2, text, ha=ha, va="center", fontsize=style.WORDS)
+        _write(axes, x + unit, (low + high) / 2, text, "left" if unit > 0 else "right")
 
 
 def _draw_names(axes: Axes, world: Scene, above: float, unit: float, edge: float) -> None:
@@ -223,15 +228,7 @@ def _draw_names(axes: Axes, world: Scene, above: float, unit: float, edge: float
     last = -1e9
     for words, x, z in sorted(labels, key=lambda each: each[1]):
         last = max(x, last + min_gap)
-        axes.annotate(
-            words,
-            (x, z),
-            (last, above + 4 * unit),
-            ha="center",
-            va="bottom",
-            fontsize=style.WORDS,
-            arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.6, "shrinkB": 0},
-        )
+        style.add_leader(axes, words, (x, z), (last, above + 4 * unit), "bottom")
 
 
 @style.use_style
@@ -250,27 +247,20 @@ def draw_layer_order(world: Scene) -> style.Figure:
     for row, index in enumerate(layers):
         z = row + 0.15, row + 0.85
         if index is None:
-            axes.text(
-                50,
-                row + 0.5,
-                f"… {lengths.count - SHOWN} more, alternating …",
-                ha="center",
-                va="center",
-                fontsize=style.WORDS,
-            )
+            _write(axes, 50, row + 0.5, f"… {lengths.count - SHOWN} more, alternating …", "center")
             continue
         is_left = index % 2 == 0
         _draw_box(axes, (14, 78) if is_left else (22, 86), z, LEFT if is_left else RIGHT)
         _draw_box(axes, (80, 86) if is_left else (14, 20), z, SPACER)
         words, ink = ("left sheet", INK) if is_left else ("right sheet", "white")
-        options: dict[str, Any] = {"va": "center", "fontsize": style.WORDS - 1}
-        axes.text(50, row + 0.5, words, ha="center", color=ink, **options)
+        size = style.WORDS - 1
+        _write(axes, 50, row + 0.5, words, "center", color=ink, fontsize=size)
         for x, ha, is_sheet in ((12.5, "right", is_left), (87.5, "left", not is_left)):
             text = f"{index + 1}  sheet" if is_sheet else f"{index + 1}  spacer"
-            axes.text(x, row + 0.5, text, ha=ha, **options)
+            _write(axes, x, row + 0.5, text, ha, fontsize=size)
     high = len(layers) + 0.3
     for x, words in ((17, "left cap"), (50, "from below, number 1 first"), (83, "right cap")):
-        axes.text(x, high, words, ha="center", va="bottom", fontsize=style.WORDS, weight="bold")
+        _write(axes, x, high, words, "center", "bottom", weight="bold")
     axes.set(xlim=(0, 100), ylim=(-0.2, len(layers) + 1.6))
     return figure
 
@@ -278,7 +268,7 @@ def draw_layer_order(world: Scene) -> style.Figure:
 @style.use_style
 def draw_boards(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
     """Draw the boards, which are cut in addition to the sheets, each with its length."""
-    from matplotlib.patches import Circle, Polygon
+    from matplotlib.patches import Polygon
 
     length = max(part.length for _, part in boards)
     unit = length / 60
@@ -291,11 +281,8 @@ def draw_boards(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
         outline = part.translate(0.0, low + part.width / 2)
         axes.add_patch(Polygon(outline.points(0.05), facecolor=BOARD, edgecolor=INK, lw=0.7))
         for hole in outline.holes:
-            axes.add_patch(
-                Circle(hole[:2], hole.diameter / 2, facecolor="white", edgecolor=INK, lw=0.7)
-            )
-        middle = low + part.width / 2
-        axes.text(-unit, middle, name, ha="right", va="center", fontsize=style.WORDS)
+            _draw_circle(axes, hole[:2], hole.diameter)
+        _write(axes, -unit, low + part.width / 2, name, "right")
         _draw_dimension_chain(axes, [("length", 0.0, part.length)], low - 1.6 * unit, unit)
         low += part.width + 7 * unit
     return figure
@@ -304,7 +291,7 @@ def draw_boards(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
 @style.use_style
 def draw_film(piece: Piece) -> style.Figure:
     """Draw a piece of film with the outlines of the parts to be cut from it."""
-    from matplotlib.patches import Circle, Polygon
+    from matplotlib.patches import Polygon
 
     long, wide = piece.length, piece.width
     unit = max(long, wide) / 60
@@ -318,28 +305,10 @@ def draw_film(piece: Piece) -> style.Figure:
         fill = SPACER if part.length < 0.5 * piece.parts[0].length else LEFT
         axes.add_patch(Polygon(part.points(0.05), facecolor=fill, edgecolor=INK, lw=0.6))
         for hole in part.holes:
-            axes.add_patch(
-                Circle(
-                    (hole.x, hole.y), hole.diameter / 2, facecolor="white", edgecolor=INK, lw=0.6
-                )
-            )
+            _draw_circle(axes, hole[:2], hole.diameter, 0.6)
     _draw_dimension_chain(axes, [(f"{piece.name}, length", 0.0, long)], -2 * unit, unit)
-    axes.annotate(
-        "",
-        (long, -5.6 * unit),
-        (0.7 * long, -5.6 * unit),
-        arrowprops={"arrowstyle": "->", "lw": 1.0, "color": INK},
-    )
-    axes.text(
-        0.69 * long, -5.6 * unit, "film direction", ha="right", va="center", fontsize=style.WORDS
-    )
-    axes.text(
-        -1 * unit,
-        wide / 2,
-        f"width {wide:.4g}",
-        rotation=90,
-        ha="right",
-        va="center",
-        fontsize=style.WORDS,
-    )
+    arrow, level = {"arrowstyle": "->", "lw": 1.0, "color": INK}, -5.6 * unit
+    axes.annotate("", (long, level), (0.7 * long, level), arrowprops=arrow)
+    _write(axes, 0.69 * long, level, "film direction", "right")
+    _write(axes, -1 * unit, wide / 2, f"width {wide:.4g}", "right", rotation=90)
     return figure

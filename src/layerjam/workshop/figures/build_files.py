@@ -1,6 +1,6 @@
 """Pictures of a build as files: shaded ones as PNG, and all as SVG with labels."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from layerjam._version import __version__
@@ -76,49 +76,31 @@ def _list_numbers(drawing: Drawing) -> list[tuple[str, str]]:
 def _list_chapters(
     drawing: Drawing, coupons: bool, files: Collection[str] | None
 ) -> list[dict[str, Any]]:
+    tools = {"kind": "text", "text": list_tools(drawing)}
+    parts = [picture("exploded"), _make_parts_list(drawing, files), tools]
+    film = [to_steps(film_steps(drawing, coupons, files)), picture("film", _width_share(drawing))]
+    stack = [picture("layers", 0.86), to_steps(stack_steps(drawing)), picture("stacking", 0.62)]
     chapters: list[tuple[str, bool, list[Block]]] = [
-        (
-            "1  Parts",
-            False,
-            [
-                picture("exploded"),
-                _make_parts_list(drawing, files),
-                {"kind": "text", "text": list_tools(drawing)},
-            ],
-        ),
-        (
-            "2  Cut the film",
-            True,
-            [to_steps(film_steps(drawing, coupons, files)), picture("film", _width_share(drawing))],
-        ),
-        ("3  Print caps and plates", True, [to_steps(cap_steps(drawing)), picture("section")]),
-        ("4  Cast the enclosure", True, [picture("mould", 0.8), to_steps(sleeve_steps(drawing))]),
-        (
-            "5  Stack and clamp",
-            True,
-            [picture("layers", 0.86), to_steps(stack_steps(drawing)), picture("stacking", 0.62)],
-        ),
-        ("6  Close the brake", True, [picture("assembled", 0.86), to_steps(final_steps(drawing))]),
+        ("Parts", False, parts),
+        ("Cut the film", True, film),
+        ("Print caps and plates", True, [to_steps(cap_steps(drawing)), picture("section")]),
+        ("Cast the enclosure", True, [picture("mould", 0.8), to_steps(sleeve_steps(drawing))]),
+        ("Stack and clamp", True, stack),
+        ("Close the brake", True, [picture("assembled", 0.86), to_steps(final_steps(drawing))]),
     ]
     if drawing.brakes > 1:
-        chapters.append(
-            ("7  Join the brakes", False, [picture("boards", 0.7), to_steps(array_steps(drawing))])
-        )
-    number = len(chapters) + 1
+        join = [picture("boards", 0.7), to_steps(array_steps(drawing))]
+        chapters.append(("Join the brakes", False, join))
+    verdicts = [[MARKS[check.level], check.code, check.text] for check in drawing.checks]
     chapters += [
-        (
-            f"{number}  Check the first brake",
-            True,
-            [to_steps(list_first_checks(drawing, coupons))],
-        ),
-        (f"{number + 1}  Drawing checks", False, [_make_checks(drawing)]),
-        (
-            f"{number + 2}  Assumptions",
-            False,
-            [{"kind": "list", "items": drawing.assumptions()}],
-        ),
+        ("Check the first brake", True, [to_steps(list_first_checks(drawing, coupons))]),
+        ("Drawing checks", False, [{"kind": "checks", "rows": verdicts}]),
+        ("Assumptions", False, [{"kind": "list", "items": drawing.assumptions()}]),
     ]
-    return [{"title": t, "page": page, "blocks": blocks} for t, page, blocks in chapters]
+    return [
+        {"title": f"{number}  {title}", "page": page, "blocks": blocks}
+        for number, (title, page, blocks) in enumerate(chapters, 1)
+    ]
 
 
 def picture(name: str, share: float = 1.0) -> Block:
@@ -126,9 +108,10 @@ def picture(name: str, share: float = 1.0) -> Block:
     return {"kind": "picture", "name": name, "share": share}
 
 
-def to_steps(step_list: Sequence[Step]) -> Block:
+def to_steps(instructions: Iterable[str | Step]) -> Block:
     """Return numbered steps with the commands that belong to them."""
-    rows = [{"text": step.text, "commands": list(step.commands)} for step in step_list]
+    steps = (Step(step) if isinstance(step, str) else step for step in instructions)
+    rows = [{"text": step.text, "commands": list(step.commands)} for step in steps]
     return {"kind": "steps", "steps": rows}
 
 
@@ -160,11 +143,6 @@ def _make_parts_list(drawing: Drawing, files: Collection[str] | None) -> Block:
     }
 
 
-def _make_checks(drawing: Drawing) -> Block:
-    rows = [[MARKS[check.level], check.code, check.text] for check in drawing.checks]
-    return {"kind": "checks", "rows": rows}
-
-
 FORMATS = {
     "A4": (210.0, 297.0),
     "A3": (297.0, 420.0),
@@ -187,12 +165,6 @@ class Paper(NamedTuple):
     name: str
     width: float
     height: float
-
-
-def usable_size(paper: str) -> tuple[float, float]:
-    """Return the largest length and width of film parts on a landscape format [mm]."""
-    short, long = FORMATS[paper]
-    return long - 2 * BORDER, short - 2 * BORDER - STRIP
 
 
 def find_paper(parts: Sequence[Outline]) -> Paper | None:

@@ -247,16 +247,7 @@ def add_labels(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style
     inch = columns / width
     for group, level, va in ((upper, -0.08 * inch, "bottom"), (lower, rows + 0.08 * inch, "top")):
         for (words, x, y), place in _spread_labels(group, inch, columns):
-            axes.annotate(
-                words,
-                (x, y),
-                (place, level),
-                ha="center",
-                va=va,
-                fontsize=style.WORDS,
-                annotation_clip=False,
-                arrowprops={"arrowstyle": "-", "color": style.INK, "lw": 0.6, "shrinkB": 0},
-            )
+            style.add_leader(axes, words, (x, y), (place, level), va, annotation_clip=False)
             axes.plot(x, y, "o", ms=2.2, color=style.INK)
     axes.set(xlim=(0, columns), ylim=(rows, 0))
     return figure

@@ -60,12 +60,14 @@ def make_body(part: Solid, colour: str) -> Body:
 
 def make_slab(outline: Outline, low: float, high: float, colour: str) -> Body:
     """Return a flat part as a body, from z = `low` to `high`."""
-    rings = [outline.points(0.05)]
-    for hole in outline.holes:
-        turns = [2 * math.pi * k / 40 for k in range(40)]
-        r = hole.diameter / 2
-        rings.append([(hole.x + r * math.cos(a), hole.y - r * math.sin(a)) for a in turns])
-    return _extrude(rings, low, high, colour)
+    holes = (_list_points(hole.x, hole.y, -hole.diameter / 2, 40) for hole in outline.holes)
+    return _extrude([outline.points(0.05), *holes], low, high, colour)
+
+
+def _list_points(x: float, y: float, radius: float, count: int) -> Ring:
+    """Return points on a circle; a negative radius makes them clockwise, as those of a hole."""
+    turns = [2 * math.pi * k / count for k in range(count)]
+    return [(x + abs(radius) * math.cos(a), y + radius * math.sin(a)) for a in turns]
 
 
 def _extrude(rings: Sequence[Ring], low: float, high: float, colour: str) -> Body:
@@ -101,12 +103,8 @@ def make_screws(world: Scene, side: Side) -> list[Body]:
         center = -side.clamped / 2, y
         shank = add("z", seat - lengths.screw_length, seat, Ellipse.circle(center, thread.size))
         head = add("z", seat, seat + thread.head_height, Ellipse.circle(center, thread.head))
-        key = cut(
-            "z",
-            seat + 0.5 * thread.head_height,
-            seat + thread.head_height,
-            Ellipse.circle(center, 0.9 * thread.size),
-        )
+        middle = seat + 0.5 * thread.head_height
+        key = cut("z", middle, seat + thread.head_height, Ellipse.circle(center, 0.9 * thread.size))
         screw = make_body(make_solid("screw", [shank, head, key]), STEEL)
         bodies.append(_place(world, side, screw))
     return bodies
@@ -118,17 +116,10 @@ def make_nuts(world: Scene, side: Side) -> list[Body]:
     top = -lengths.stack / 2 - lengths.floor
     bodies = []
     for y in caps.screw_positions(lengths, side):
-        x, radius = -side.clamped / 2, thread.nut / math.sqrt(3)
-        hexagon = [
-            (x + radius * math.cos(k * math.pi / 3), y + radius * math.sin(k * math.pi / 3))
-            for k in range(6)
-        ]
-        r = thread.size / 2
-        turns = [2 * math.pi * k / 24 for k in range(24)]
-        hole = [(x + r * math.cos(a), y - r * math.sin(a)) for a in turns]
-        bodies.append(
-            _place(world, side, _extrude([hexagon, hole], top - thread.nut_height, top, STEEL))
-        )
+        hexagon = _list_points(-side.clamped / 2, y, thread.nut / math.sqrt(3), 6)
+        hole = _list_points(-side.clamped / 2, y, -thread.size / 2, 24)
+        nut = _extrude([hexagon, hole], top - thread.nut_height, top, STEEL)
+        bodies.append(_place(world, side, nut))
     return bodies
 
 
