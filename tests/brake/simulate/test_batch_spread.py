@@ -99,6 +99,9 @@ def test_a_brake_without_tests_has_wider_intervals_and_is_never_tested():
         for brake in (TESTED, FILE)
     )
     assert wide.attrs["basis"] == "handbook"
+    copy = FILE.with_(count=15)
+    grid = batch(brake_force, {"slip": 0.0, "vacuum": 5e4}, brake=copy, interval="next")
+    assert "sheets.count was 11, is 15" in grid.attrs["notes"]
     assert not wide.tested.any()
     assert (wide.peak_force_high > narrow.peak_force_high).all()
     plain = batch(stop, STOPS, brake=TESTED)

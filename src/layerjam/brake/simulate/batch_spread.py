@@ -58,7 +58,13 @@ class BatchSpread:
         """Return the attributes of the labelled result."""
         prediction = Prediction(self.file, of_mean=self.of_mean)
         word = "handbook" if prediction.basis.word == "handbook" else "tested where `tested`"
-        return {"interval_level": LEVEL, "interval_of": prediction.subject, "basis": word}
+        notes = "; ".join([prediction.basis.reason, *map(str, prediction.notices())])
+        return {
+            "interval_level": LEVEL,
+            "interval_of": prediction.subject,
+            "basis": word,
+            "notes": notes.strip("; "),
+        }
 
     def extend(self, run: Run) -> Run:
         """Return the evaluator of flat cases with the ends of the intervals as further results."""
