@@ -45,7 +45,8 @@ class Units(NamedTuple):
             if value is None or isinstance(value, str):
                 continue
             if "quantity" in field.metadata:
-                changes[field.name] = value * self.factor(field.metadata["quantity"].unit)
+                unit = field.metadata["quantity"].unit
+                changes[field.name] = value if unit == "1" else value * self.factor(unit)
             elif dataclasses.is_dataclass(value):
                 changes[field.name] = self.scale(value)
         return evolve(rec, **changes)
