@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import os
 import shutil
 import signal
@@ -32,6 +34,22 @@ for name in {names}:
     except Exception:
         pass
 stored.rename(web.find_stored_module())  # else every test of the live page fails
+"""
+SERVER = """
+import json, os, sys
+import jax, numpy, pandas, pytest, scipy.optimize, scipy.stats
+for line in sys.stdin:
+    child = os.fork()
+    if child == 0:
+        os.setsid()
+        for number, flags in ((0, os.O_RDONLY), (1, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)):
+            os.dup2(os.open(os.devnull if number == 0 else "output.txt", flags), number)
+        os.dup2(1, 2)
+        status = int(pytest.main(json.loads(line)))
+        sys.stdout.flush()
+        os._exit(status)
+    print(child, flush=True)
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 """
 PRINTERS = (
     "layerjam.brake.kernel.loop_printer",
@@ -69,7 +87,9 @@ class Farm:
     sources: dict[str, str]
     jobs: int
     homes: Queue[Path] = field(default_factory=Queue)
-    running: set[subprocess.Popen[str]] = field(default_factory=set)
+    servers: dict[Path, Any] = field(default_factory=dict)
+    """{copy: process that has loaded all packages but layerjam, and forks for each run}"""
+    running: set[int] = field(default_factory=set)
     stopped: threading.Event = field(default_factory=threading.Event)
     unchanged: dict[str, bool] = field(default_factory=dict)
     """{test: whether it passes on an unchanged copy}"""
@@ -91,36 +111,56 @@ class Farm:
             (home / ".venv").symlink_to(Path(sys.prefix))
             self.homes.put(home)
 
-    def run(self, home: Path, words: Sequence[str], limit: float) -> tuple[int | None, str]:
-        """Return the exit status of a Python command, None if it took too long, and its output."""
-        environment = os.environ | {
+    def environment(self, home: Path) -> dict[str, str]:
+        return os.environ | {
             "PYTHONPATH": str(home / "src"),
             "XDG_CACHE_HOME": str(self.place / "user"),
             "OMP_NUM_THREADS": "1",
+            "OPENBLAS_NUM_THREADS": "1",
             "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false",
         }
-        options: Any = {"text": True, "encoding": "utf-8", "errors": "replace"}
-        options |= {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
-        words = [sys.executable, *words]
-        run = subprocess.Popen(words, cwd=home, env=environment, start_new_session=True, **options)
-        self.running.add(run)
-        try:
-            output = run.communicate(timeout=limit)[0]
-            return run.returncode, output
-        except subprocess.TimeoutExpired:
-            return None, ""
-        finally:
-            end(run)
-            self.running.discard(run)
+
+    def start_server(self, home: Path) -> subprocess.Popen[str]:
+        words, environment = [sys.executable, "-c", SERVER], self.environment(home)
+        pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        return subprocess.Popen(words, cwd=home, env=environment, start_new_session=True, **pipes)
+
+    def run_code(self, home: Path, code: str) -> str:
+        """Return the output of a Python program, without limit of time."""
+        command = [sys.executable, "-c", code]
+        environment = self.environment(home)
+        run = subprocess.run(
+            command, cwd=home, env=environment, capture_output=True, text=True, check=False
+        )
+        return run.stdout
+
+    def run_pytest(self, home: Path, words: Sequence[str], limit: float) -> tuple[int | None, str]:
+        """Return the exit status of pytest, None if it took too long, and its output."""
+        server = self.servers.get(home) or self.start_server(home)
+        self.servers[home] = server
+        assert server.stdin is not None and server.stdout is not None
+        server.stdin.write(json.dumps(list(words)) + "\n")
+        server.stdin.flush()
+        child = int(server.stdout.readline())
+        late = threading.Event()
+        timer = threading.Timer(limit, lambda: (late.set(), end(child)))
+        timer.start()
+        self.running.add(child)
+        status = int(server.stdout.readline())
+        timer.cancel()
+        end(child)  # what it has started and left
+        self.running.discard(child)
+        output = (home / "output.txt").read_text("utf-8", "replace")
+        return None if late.is_set() else status, output
 
     def run_tests(self, home: Path, tests: Sequence[str], limit: float) -> tuple[str, str]:
         """Return the outcome and the first failed test, "" if the process died."""
         tests = list(tests)
         while tests:
             (home / "tests.txt").write_text("\n".join(tests), encoding="utf-8")
-            words = ["-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "no:rerunfailures"]
+            words = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:rerunfailures"]
             words += ["--tb=no", "-rfE", *mutant_map.QUICK, "@tests.txt"]
-            status, output = self.run(home, words, limit)
+            status, output = self.run_pytest(home, words, limit)
             missing = {test for test in tests if f"not found: {home / test}\n" in output}
             if status is None:
                 return "slow", ""
@@ -139,8 +179,7 @@ class Farm:
         """Return whether an unchanged copy imports itself, and a test of it passes."""
         home = self.homes.get()
         try:
-            words = ["-c", "import layerjam; print(layerjam.__file__)"]
-            imported = self.run(home, words, START)[1]
+            imported = self.run_code(home, "import layerjam; print(layerjam.__file__)")
             return str(home) in imported and self.run_tests(home, [FIRST], START)[0] == "passed"
         finally:
             self.homes.put(home)
@@ -176,8 +215,8 @@ class Farm:
             if "::" in tests[0]:
                 self.unchanged[tests[0]] = self.run_tests(home, tests, limit)[0] == "passed"
             else:  # a file that cannot be imported
-                words = ["-m", "pytest", "-q", "--collect-only", *tests]
-                self.unchanged[tests[0]] = self.run(home, words, limit)[0] == 0
+                words = ["-q", "--collect-only", "-p", "no:cacheprovider", *tests]
+                self.unchanged[tests[0]] = self.run_pytest(home, words, limit)[0] == 0
         return self.unchanged[tests[0]]
 
     def change(self, home: Path, mutant: Mutant) -> bool:
@@ -186,8 +225,7 @@ class Farm:
         self.write(home / "src" / "layerjam" / mutant.file, text)
         is_c = not mutant.file.endswith(".py")
         if is_c or mutant.file.startswith(PRINTED):
-            words = ["-c", PRINT.format(names=() if is_c else PRINTERS)]
-            self.run(home, words, START)
+            self.run_code(home, PRINT.format(names=() if is_c else PRINTERS))
         if not is_c:
             return True
         file = home / "src/layerjam" / WHOLE.get(Path(mutant.file).name, mutant.file)
@@ -208,13 +246,16 @@ class Farm:
         os.utime(path, (later, later))
 
     def stop(self) -> None:
+        """End all runs, and the processes that have loaded packages."""
         self.stopped.set()
-        for run in list(self.running):
-            end(run)
+        for child in list(self.running):
+            end(child)
+        for server in filter(None, self.servers.values()):
+            server.terminate()
+            server.communicate()  # closes its pipes
 
 
-def end(run: subprocess.Popen[str]) -> None:
-    """Kill a process and its children."""
-    if run.poll() is None:
-        os.killpg(run.pid, signal.SIGKILL)
-        run.wait()
+def end(group: int) -> None:
+    """Kill a group of processes."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(group, signal.SIGKILL)

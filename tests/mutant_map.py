@@ -46,6 +46,13 @@ WRAPPERS = {
 }
 """Python modules whose tests execute the C files with these beginnings."""
 
+IN_C = {
+    "brake/mechanics/stack/": "brake/kernel/stack.py",
+    "bench/control/": "bench/control/engine.py",
+    "brake/mechanics/": "brake/kernel/kernel.py",
+}
+"""Modules whose tests execute what is printed as C from the Python files with these beginnings."""
+
 
 class Recorder:
     """Lines, durations and shared fixtures of the tests of one process."""
@@ -132,16 +139,16 @@ def digest_tests() -> dict[str, str]:
 
 def record(paths: Sequence[str], jobs: int) -> None:
     """Run the tests in some files and folders, and store a record of them."""
-    number = 1 + max((int(path.name) for path in STORE.glob("[0-9]*")), default=0)
     folder = STORE / f"unfinished-{os.getpid()}"
     folder.mkdir(parents=True)
     command = [sys.executable, "-m", "pytest", "-q", "-p", "mutant_map", *QUICK]
     command += ["-n", str(jobs), "--dist", "worksteal"] if jobs > 1 else []
     command += [*paths, *(f"--ignore={one}" for one in LEFT_OUT)]
     places = {PLACE: str(folder), "PYTHONPATH": str(ROOT / "tests")}
-    with (STORE / f"record-{number}.txt").open("w", encoding="utf-8") as log:
+    with (STORE / "record.txt").open("w", encoding="utf-8") as log:
         subprocess.run(command, cwd=ROOT, env=os.environ | places, stdout=log, check=False)
     seal(folder, [f for f in digest_tests() if any(Path(f).is_relative_to(p) for p in paths)])
+    number = 1 + max((int(path.name) for path in STORE.glob("[0-9]*")), default=0)
     folder.rename(STORE / str(number))
 
 
@@ -212,7 +219,11 @@ class Record:
         first, last = mutant.statement
         numbers = {first, *range(max(first, mutant.line), last + 1), mutant.line}
         direct = set().union(*(every.get(old.get(number, 0), set()) for number in numbers))
-        return direct, set().union(*every.values()) - direct
+        printed = next((p for start, p in IN_C.items() if mutant.file.startswith(start)), "")
+        in_c = set().union(*self.lines(printed).values()) if printed else set()
+        if not direct:
+            direct, in_c = in_c, set()
+        return direct, set().union(in_c, *every.values()) - direct
 
 
 def wrapper_of(file: str) -> str:

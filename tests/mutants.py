@@ -12,9 +12,9 @@ line, and prints the share that is noticed with its 95 % interval (Wilson).
   that compare them with it are left out: they notice a changed comment as well.
 
 Why no tool of others (looked up in November 2026): mutmut 3 forks a process that has imported the
-code, which JAX's threads forbid, and changes functions of Python only. cosmic-ray 8 writes each
-mutant into the file in place and runs one and the same command for each, without a coverage map.
-Neither draws a sample with an interval, nor changes C.
+tested code, after which JAX may have threads, and changes functions of Python only. cosmic-ray 8
+writes each mutant into the file in place and runs one and the same command for each, without a
+coverage map. Neither draws a sample with an interval, nor changes C.
 
 Usage: python tests/mutants.py [--sample N] [--seed S] [--only TEXT] [--json FILE] [--again FILE]
 """
@@ -129,7 +129,9 @@ def show(report: dict[str, Any]) -> None:
 
 
 def select_mutants(args: argparse.Namespace, sources: dict[str, str]) -> list[Mutant]:
-    mutants = [one for one in mutate(sources) if args.only in one.file]
+    mutants = [
+        one for one in mutate(sources) if any(part in one.file for part in args.only.split(","))
+    ]
     if args.again:
         kept = json.loads(Path(args.again).read_text("utf-8"))["survivors"]
         known = {(one["file"], one["difference"]) for one in kept}
@@ -164,7 +166,7 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--sample", type=int, default=200, help="number of mutants")
     parser.add_argument("--seed", type=int, default=random.randrange(10**6))
-    parser.add_argument("--only", default="", help="files whose path contains this")
+    parser.add_argument("--only", default="", help="parts of paths: mechanics/pull,fluid/")
     parser.add_argument("--json", help="file for the result")
     parser.add_argument("--again", help="such a file: try its survivors again")
     parser.add_argument("--map", action="store_true", help="record the coverage of all tests anew")
@@ -194,13 +196,15 @@ def try_all(farm: Farm, mutants: Sequence[Mutant], coverage: Map) -> list[Result
                       f"{one.mutant.file}:{one.mutant.line}{mark}", flush=True)  # fmt: skip
         except KeyboardInterrupt:
             print("stopped", flush=True)
+        finally:
             farm.stop()
     return results
 
 
 def main() -> int:
     args, began = parse(), time.monotonic()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in (signal.SIGTERM, signal.SIGINT):  # a shell lets background jobs ignore Ctrl-C
+        signal.signal(number, signal.default_int_handler)
     sources = read_sources()
     mutants = select_mutants(args, sources)
     words = ["git", "describe", "--always", "--dirty", "--exclude=*"]

@@ -105,4 +105,5 @@ def test_a_planted_change_is_noticed(
     source = sources[FILE].encode()
     same = replace(planted, text=source[planted.start : planted.end].decode())
     assert farm.try_out(same, {result.test: 1.0}).outcome == "passed"
+    farm.stop()
     assert not farm.running and "unfinished" not in str(list(tmp_path.iterdir())), sys.prefix
