@@ -11,6 +11,7 @@ import functools
 import hashlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import uuid
@@ -145,6 +146,7 @@ def record(paths: Sequence[str], jobs: int) -> None:
     command += ["-n", str(jobs), "--dist", "worksteal"] if jobs > 1 else []
     command += [*paths, *(f"--ignore={one}" for one in LEFT_OUT)]
     places = {PLACE: str(folder), "PYTHONPATH": str(ROOT / "tests")}
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # else tests of Ctrl-C wait for ever
     with (STORE / "record.txt").open("w", encoding="utf-8") as log:
         subprocess.run(command, cwd=ROOT, env=os.environ | places, stdout=log, check=False)
     seal(folder, [f for f in digest_tests() if any(Path(f).is_relative_to(p) for p in paths)])

@@ -100,3 +100,10 @@ def test_leaves_of_a_record_come_back_in_place() -> None:
     assert not arrays.uses_jax(KAPTON)
     assert arrays.uses_jax((1.0, [KAPTON, jnp.ones(2)])) and arrays.is_jax((1.0, jnp.ones(2)))
     assert arrays.freeze(3.0) == 3.0
+
+
+def test_only_double_precision_is_double() -> None:
+    for value in (1.0, np.ones(2), np.float64(3), KAPTON.film.kinetic):
+        assert arrays.is_double(value)
+    for value in (np.ones(2, np.float32), jnp.ones(2, jnp.float32), np.float16(3)):
+        assert not arrays.is_double(value)
