@@ -169,7 +169,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--only", default="", help="parts of paths: mechanics/pull,fluid/")
     parser.add_argument("--json", help="file for the result")
     parser.add_argument("--again", help="such a file: try its survivors again")
-    parser.add_argument("--map", action="store_true", help="record the coverage of all tests anew")
+    parser.add_argument("--map", action="store_true", help="record the coverage of all tests again")
     parser.add_argument("--stale", action="store_true", help="record no coverage of new tests")
     parser.add_argument("--jobs", type=int, choices=(1, 2), default=2)
     return parser.parse_args()
