@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import os
 import sys
 from collections import Counter
 from dataclasses import replace
@@ -10,9 +11,18 @@ from pathlib import Path
 
 import pytest
 
+pytest.importorskip("coverage")  # only where all packages of the lock are installed
 import mutant_map
 import mutants
-from mutant_draw import FOLDERS, Mutant, draw, mutate, mutate_c, mutate_python, read_sources
+from mutant_draw import (
+    FOLDERS,
+    Mutant,
+    draw,
+    mutate,
+    mutate_c,
+    mutate_python,
+    read_sources,
+)
 from mutant_farm import Farm
 
 TEST = "tests/brake/fluid/test_pump_curve.py"
@@ -85,6 +95,7 @@ def test_lines_follow_a_changed_source() -> None:
     assert record.old_lines("a.py", "# new\nx = 1\ny = 5\nz = 3\n") == {2: 1, 4: 3}
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the copies' processes are forked")
 def test_a_planted_change_is_noticed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sources: dict[str, str]
 ) -> None:
