@@ -13,7 +13,8 @@ from scipy.optimize import brentq, minimize_scalar
 from layerjam import laws
 from layerjam.brake.device.brake import fan_exponent, fan_factor
 from layerjam.brake.device.load import load
-from layerjam.brake.mechanics.fan import STEEPEST, fan_slope, tension_ratio
+from layerjam.brake.mechanics import fan as fans
+from layerjam.brake.mechanics.fan import STEEPEST, fan_mean, fan_slope, make_fan, tension_ratio
 from layerjam.brake.mechanics.stop.algebra import NEVER_SLID, STOPPED
 from layerjam.brake.simulate.batch import batch
 from layerjam.core.errors import QuantityError
@@ -388,3 +389,19 @@ def test_the_middle_sheet_bears_most_and_a_fan_that_is_too_steep_is_refused():
     with pytest.raises(QuantityError, match=r"spacers: .* at 52 degrees; at most 45"):
         THICK.with_(free_left="2 mm")
     assert np.isnan(laws.amplification(0.0, change(THICK, sheets__free_left=2e-3)))
+
+
+@pytest.mark.parametrize("count", [2, 9, 30])
+@pytest.mark.parametrize("slip", [0.0, 0.004])
+def test_the_factors_of_the_interfaces_are_symmetric_and_have_the_mean_of_the_law(
+    count: int, slip: float
+) -> None:
+    brake = change(KAPTON, sheets__count=count, mount__spacers=0.0, amplification_held=1.2)
+    fan = make_fan(brake)
+    assert fan is not None
+    factors, falls = fan.interface_factors(np.full(count - 1, slip))
+    assert factors == pytest.approx(factors[::-1], rel=1e-12)
+    assert factors.mean() == pytest.approx(fan_mean(fans.fan_exponent(slip, fan)) / 1.2, rel=1e-9)
+    assert np.all(np.diff(factors[: count // 2]) > 0)  # the middle has the highest pressure
+    ahead, behind = (fan.interface_factors(np.full(count - 1, slip + h))[0] for h in (1e-6, -1e-6))
+    assert falls == pytest.approx((behind - ahead) / 2e-6, rel=1e-6)
