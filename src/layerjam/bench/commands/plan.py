@@ -242,16 +242,16 @@ def plan(
     reservoir = None if stored is None else _reservoir_pressure(stored, line.line)
     leaks = leak_time is not None
     plan = plan_stop(brake, line.line, case, stored=reservoir, water=water, leaks=leaks)
-    full_spread, later_spread, predicted = _predict_scatter(
+    full_spread, later_spread, intervals = _predict_scatter(
         plan, samples, seed, confidence, interval == "mean"
     )
     is_enough, build = plan.full.stops_within(travel), _suggest_build(plan)
-    checks = checks_of_plan(plan, full_spread.beyond, predicted["safe_vacuum"], confidence)
+    checks = checks_of_plan(plan, full_spread.beyond, intervals["safe_vacuum"], confidence)
     return CollisionPlan.create(
         case,
         plan,
         judge(checks, accept),
-        predicted,
+        intervals,
         *_collect_stop_records(plan),
         _collision_probabilities(full_spread, later_spread),
         _suggest_sizes(plan, build),
@@ -270,8 +270,8 @@ def _collect_stop_records(plan: Plan) -> tuple[Any, ...]:
     later_stop = add_prefix(
         "tuned_", plan.tuned, tuned_coupling, add_prefix("coupling_", tuned_coupling)
     )
-    iteration, more = add_prefix("coupling_", full_coupling), {"tuned_capped": plan.capped}
-    return plan.full, full_coupling, iteration, later_stop, more, _compute_energies(plan)
+    iteration, limits = add_prefix("coupling_", full_coupling), {"tuned_capped": plan.capped}
+    return plan.full, full_coupling, iteration, later_stop, limits, _compute_energies(plan)
 
 
 def _add_leak(line: LineFile, leak_time: Any, water: bool) -> LineFile:
@@ -367,11 +367,11 @@ def _predict_scatter(
 
     spreads = plan_spread.predict_spreads(plan, samples, seed)
     safe_vacuum = plan_spread.find_safe_vacuum(plan, confidence, seed)
-    printed, vacuums = spreads, safe_vacuum
+    sources, vacuums = spreads, safe_vacuum
     if of_mean:
-        printed = plan_spread.predict_spreads(plan, samples, seed, of_mean)
+        sources = plan_spread.predict_spreads(plan, samples, seed, of_mean)
         vacuums = plan_spread.find_safe_vacuum(plan, confidence, seed, of_mean)
-    intervals = plan_spread.predict_intervals(plan, printed, vacuums.least_vacuums, of_mean)
+    intervals = plan_spread.predict_intervals(plan, sources, vacuums.least_vacuums, of_mean)
     return *spreads, {**intervals, "safe_vacuum": safe_vacuum.vacuum, "confidence": confidence}
 
 

@@ -144,8 +144,8 @@ def regulate(
     from layerjam.bench.control.detection import detection_times
 
     if (fault is None) != (fault_at is None):
-        given, missing = ("fault", "fault at") if fault_at is None else ("fault at", "fault")
-        raise QuantityError.of(missing, f"missing; required because {given} is given")
+        name, missing = ("fault", "fault at") if fault_at is None else ("fault at", "fault")
+        raise QuantityError.of(missing, f"missing; required because {name} is given")
     check_vacuum(target, line.line, "target")
     law, notices = make_regulator(line, target, settings)
     step_fit = None

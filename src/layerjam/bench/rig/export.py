@@ -58,8 +58,8 @@ def export(
     if start is not None or end is not None:
         run_ = run_.between(start, end)
     shot_files = {} if ending == ".nc" else {shot_path(out, s): s for s in run_.shots}
-    beside = [*shot_files, sidecar_path(out)] if ending == ".csv" else shot_files
-    if (existing := next((path for path in beside if path.exists()), None)) and not overwrite:
+    sidecars = [*shot_files, sidecar_path(out)] if ending == ".csv" else shot_files
+    if (existing := next((path for path in sidecars if path.exists()), None)) and not overwrite:
         raise FileError(existing, "already exists; --overwrite replaces it")
     sidecar = None
     if ending == ".csv":

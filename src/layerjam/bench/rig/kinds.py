@@ -165,9 +165,9 @@ def _open_vent_deadline(case: Case) -> float:
     return rise_time + case.promised_times["WEAK_PUMP"]
 
 
-def _sample_deadline(elapsed: Callable[[Case], float]) -> Callable[[Case], float]:
+def _sample_deadline(time: Callable[[Case], float]) -> Callable[[Case], float]:
     """Return the deadline one sample after a time [s]."""
-    return lambda case: elapsed(case) + case.regulator.sample_time
+    return lambda case: time(case) + case.regulator.sample_time
 
 
 def _drift_deadline(case: Case) -> float:

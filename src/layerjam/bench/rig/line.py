@@ -51,7 +51,7 @@ class Ends(Protocol):
 class ChildEnds:
     """A line to a subprocess: what `select` watches, its two functions, and how to end it."""
 
-    watched: int | socket.socket
+    source: int | socket.socket
     receive: Callable[[int], bytes]
     send: Callable[[bytes], object]
     closing: Callable[[], None]
@@ -59,7 +59,7 @@ class ChildEnds:
     def read(self, wait: float) -> bytes:
         """Return the bytes received within `wait` [s]."""
         try:
-            if not select.select([self.watched], [], [], wait)[0]:
+            if not select.select([self.source], [], [], wait)[0]:
                 return b""
             data = self.receive(65536)
         except ConnectionError:

@@ -19,14 +19,14 @@ def interpolate_samples(
     prediction: Prediction,
     run: Callable[[Brake], Mapping[str, float]],
     has_static: bool = False,
-    solved: Mapping[str, Array] | None = None,
+    law_samples: Mapping[str, Array] | None = None,
 ) -> dict[str, Array]:
     """Return the numbers of all samples from runs with a few values of each uncertain number.
 
     `run` returns the numbers {key: value in SI} of a brake, infinite if the run has none. Friction,
     stiffness and enclosure force each change while the others have their median, and the changes
-    add up. With `has_static`, the ratio of static to kinetic friction changes too. `solved` are the
-    numbers of all samples by a law of kinetic friction; then only that ratio changes.
+    add up. With `has_static`, the ratio of static to kinetic friction changes too. `law_samples`
+    are the numbers of all samples by a law of kinetic friction; then only that ratio changes.
     """
     base, moves = prediction.device or prediction.file.brake, prediction.deviations
     logs = {
@@ -35,7 +35,7 @@ def interpolate_samples(
         "enclosure_force": moves.enclosure_force,
         "static": (moves.static - moves.kinetic) * has_static,
     }
-    varied = logs if solved is None else {"static": logs["static"]}
+    changes = logs if law_samples is None else {"static": logs["static"]}
     middle = {name: float(np.median(values)) for name, values in logs.items()}
 
     def find_numbers(changes: Mapping[str, float]) -> Mapping[str, float]:
@@ -44,10 +44,10 @@ def interpolate_samples(
 
     usual = find_numbers(middle)
     totals = {
-        key: np.full(prediction.samples, value) if solved is None else solved[key].copy()
+        key: np.full(prediction.samples, value) if law_samples is None else law_samples[key].copy()
         for key, value in usual.items()
     }
-    for name, values in varied.items():
+    for name, values in changes.items():
         nodes = np.unique(prediction.quantiles(values, LEVELS))
         if np.ptp(nodes) == 0:
             continue

@@ -1,8 +1,8 @@
 """Scatter of a stop: its numbers for samples of the brake's uncertain numbers.
 
 The exact law of friction that is linear in slip solves all samples at once. Any other stop, such as
-one at a changing vacuum, is replaced by an equivalent one: constant vacuum, linear friction, and a
-factor of friction with which the brake slips as far as in that stop.
+one at a changing vacuum, is replaced by an equivalent one of constant vacuum and linear friction.
+A factor of friction makes the brake slip as far as in that stop.
 """
 
 import math
@@ -118,9 +118,9 @@ def _match_slip(brake: Brake, end: TimedStop, record: DropRecord, vacuum: float)
         return evolve(brake, scale_factor=brake.scale_factor * math.exp(level))
 
     def exceed(level: float) -> float:
-        found = stop(*_make_case(scale(level), record, vacuum))
+        result = stop(*_make_case(scale(level), record, vacuum))
         # with less friction, first the slip rises to the usable travel, then the end speed
-        excess = float(found.slip - end.slip + found.end_speed - end.end_speed)
+        excess = float(result.slip - end.slip + result.end_speed - end.end_speed)
         return -1.0 if math.isnan(excess) else excess  # so much friction that the brake snaps
 
     low, high = map(math.log, FACTORS)
@@ -144,13 +144,13 @@ def _correct_samples(
     def find_stored(numbers: Mapping[str, Array]) -> Any:
         return release(numbers["slip"], numbers["end_speed"]) - numbers["dissipated_energy"]
 
-    stored = _divide(release(end.slip, end.end_speed) - end.heat, find_stored(usual))
-    heat = release(samples["slip"], samples["end_speed"]) - stored * find_stored(samples)
-    scaled = {
+    factor = _divide(release(end.slip, end.end_speed) - end.heat, find_stored(usual))
+    heat = release(samples["slip"], samples["end_speed"]) - factor * find_stored(samples)
+    corrections = {
         key: samples[key] * _divide(getattr(end, KEYS[key]), usual[key])
         for key in ("peak_force", "stopping_time")
     }
-    return {**samples, **scaled, "dissipated_energy": np.maximum(heat, 0.0)}
+    return {**samples, **corrections, "dissipated_energy": np.maximum(heat, 0.0)}
 
 
 def _divide(value: float, usual: Any) -> float:

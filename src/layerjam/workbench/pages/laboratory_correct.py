@@ -179,8 +179,8 @@ class CorrectionPanel:
         self._trouble.show_error(problem)
         if problem:
             return
-        count, (one, many) = len(keys), ("is", "are") if free else ("was", "were")
-        subject = f"The file {one}" if count == 1 else f"{count} files {many}"
+        count, (singular, plural) = len(keys), ("is", "are") if free else ("was", "were")
+        subject = f"The file {singular}" if count == 1 else f"{count} files {plural}"
         end = (
             "on the Pull page, next to the computed curve" if free else "removed from the Pull page"
         )

@@ -239,8 +239,8 @@ class Kernel:
     ) -> tuple[Numbers, Point, Deviations | None]:
         """Pad designs to one of a few lengths, because each length is compiled separately."""
         size = next(n for n in (256, 4096, PIECE) if n >= len(numbers))
-        more = (0, size - len(numbers))
+        padding = (0, size - len(numbers))
         if deviations is not None:
-            deviations = Deviations(*(np.pad(row, more, "edge") for row in deviations))
-        batch = np.pad(np.asarray(numbers, np.int64), more, "edge")
+            deviations = Deviations(*(np.pad(row, padding, "edge") for row in deviations))
+        batch = np.pad(np.asarray(numbers, np.int64), padding, "edge")
         return batch, self.grid.point(batch), deviations

@@ -263,8 +263,8 @@ class Search:
         """Return the sum of several runs, in their order."""
         columns = zip(*(vars(part).values() for part in parts), strict=True)
         pairs = zip(_JOIN.items(), columns, strict=True)
-        joined = {name: join(column) for (name, join), column in pairs}
-        return self._keep_highlights(SweepResult(**joined))
+        sums = {name: join(column) for (name, join), column in pairs}
+        return self._keep_highlights(SweepResult(**sums))
 
     def summary(self, run: SweepResult) -> dict[str, Any]:
         """Return a run as JSON, with its designs identified by number."""

@@ -130,8 +130,8 @@ class Drawing:
 
     def notices(self) -> list[Notice]:
         """Return the warnings of a build."""
-        checked = gauge_notices(self.file), rules.screw_notices(self.lengths), _list_notices(self)
-        return [*warning_notices(self.checks), *itertools.chain(*checked)]
+        notices = gauge_notices(self.file), rules.screw_notices(self.lengths), _list_notices(self)
+        return [*warning_notices(self.checks), *itertools.chain(*notices)]
 
 
 def draw_build(
