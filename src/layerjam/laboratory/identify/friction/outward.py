@@ -126,6 +126,7 @@ def read_record(trace: Trace, tare: bool = False) -> SledRecord:
         tare_force = zero.force
         force, level = force - tare_force, level - tare_force
         zero = Zero(force=0.0, error=zero.error)
+    plateau = find_plateau(force)
     return SledRecord(
         travel=travel,
         force=force,
@@ -135,16 +136,10 @@ def read_record(trace: Trace, tare: bool = False) -> SledRecord:
         tare_force=tare_force,
         end_force=find_released_force(trace.force[last:] - (tare_force or 0.0), level),
         spikes=tuple(spikes),
-        plateau=_find_steady_plateau(force),
+        plateau=plateau if plateau is not None and plateau.end > LASTS * len(force) else None,
         quantum=find_quantum(raw),
         samples=len(trace),
     )
-
-
-def _find_steady_plateau(force: Array) -> Plateau | None:
-    """Return the plateau at the top of a record, if it lasts to the end."""
-    plateau = find_plateau(force)
-    return plateau if plateau is not None and plateau.end > LASTS * len(force) else None
 
 
 def crosshead_speed(trace: Trace) -> float | None:
