@@ -348,7 +348,7 @@ class Farm:
     def print_loops(self, home: Path, mutant: Mutant) -> None:
         """Print the loops of the stack again, because the compiled kernel has those in C."""
         if mutant.file.startswith("mechanics/stack/"):
-            words = [sys.executable, "-m", "layerjam.brake.kernel.loop_printer"]
+            words = [sys.executable, str(Path(__file__).with_name("print_c.py"))]
             env = environment(home, self.cache)
             subprocess.run(words, env=env, capture_output=True, check=False)
 

@@ -31,9 +31,9 @@ KERNEL = (SOURCES / "layerjam.c", SOURCES / "history.c")
 STOPS = (SOURCES / "stops.c",)
 """Loop over many stops. It compiles four times as long, and a first pull does not need it."""
 STACK = (SOURCES / "stack.c",)
-"""Loops of the sheet-by-sheet model, which `loop_printer.py` prints."""
+"""Loops of the sheet-by-sheet model, printed from those in Python."""
 LOOPS = (SOURCES / "loops" / "loops.c",)
-"""Closed loops of the controller, which `control/c_program.py` prints."""
+"""Closed loops of the controller, printed from those in Python."""
 SHADING = (SOURCES / "shading" / "shading.c",)
 LIBRARIES = (KERNEL, STOPS, STACK, LOOPS, SHADING)
 """Sources of each library, compiled when first used; the folder of its first file is its own."""

@@ -90,7 +90,7 @@ def _pass_argument(value: Any) -> Any:
 
 
 def _make_structure(record: Any) -> ctypes.Structure:
-    """Return a record as `loop_printer.py` declares it: its fields, then its properties."""
+    """Return a record as `c/stack_loops.h` declares it: its fields, then its properties."""
     kind: Any = type(record)
     properties = [getattr(record, name) for name in _list_properties(kind)]
     values = [_make_structure(v) if isinstance(v, tuple) else v for v in (*record, *properties)]
