@@ -255,11 +255,9 @@ def _make_unit_map(
     variance, curves = scatter + error, 1.0
     if guess.mounting is not None:
         mounting_variance = jnp.exp(2 * log_shared)[..., None]
-        scatter, variance, curves = (
-            scatter + mounting_variance,
-            variance + mounting_variance,
-            guess.mounting.sum(axis=-1),
-        )
+        scatter = scatter + mounting_variance
+        variance = variance + mounting_variance
+        curves = guess.mounting.sum(axis=-1)
         weight = 1 / (variance + (curves - 1) * mounting_variance)
     else:
         weight = 1 / variance

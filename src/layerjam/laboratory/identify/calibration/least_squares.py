@@ -285,10 +285,8 @@ def fit_own_parameters(
     count = len(means)
     places = np.arange(-(-count // BLOCK) * BLOCK)
     places[count:] = 0  # pad the last block
-    widths, linear_brake = (
-        np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9],
-        drop_exponent(brake),
-    )
+    widths = np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9]
+    linear_brake = drop_exponent(brake)
     blocks = []
     for block in places.reshape(-1, BLOCK):
         curves = jax.tree.map(lambda a, at=block: a[at], (start, prior, means, noise))

@@ -4,6 +4,7 @@ A zero that drifts and a friction that changes along the film look the same with
 kinetic mean. A record that goes on until the string is slack again shows which one it is.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,21 +66,19 @@ class SledRecord:
         empty = np.empty(0)
         return evolve(self, travel=empty, force=empty, time=None)
 
-    def notes(self) -> list[str]:
-        """Return one note for each spike, and one for the force that was subtracted."""
-        out = []
+    def notes(self) -> Iterator[str]:
+        """Yield one note for each spike, and one for the force that was subtracted."""
         if self.tare_force is not None:
-            out.append(f"{show(self.tare_force, 'N')} was subtracted from the force (tare)")
+            yield f"{show(self.tare_force, 'N')} was subtracted from the force (tare)"
         for spike in self.spikes:
             place = show(float(self.travel[spike.start]), "m")
             if self.time is not None:
                 place = f"{show(float(self.time[spike.start]), 's')} ({place} of travel)"
             samples = f"{spike.samples} sample{'s' * (spike.samples > 1)}"
-            out.append(
+            yield (
                 f"a spike of {show(spike.height, 'N', 3)} over {samples} at {place} is faster than "
                 "the string can stretch; it is left out"
             )
-        return out
 
     def drift(self, is_inside: npt.NDArray[np.bool_]) -> tuple[float, float | None]:
         """Return (slope, levels): two estimates of the drift from the zero to a window [N].
