@@ -98,7 +98,7 @@ def curves(name: str, *speeds: float) -> tuple[Curve, ...]:
 
 @cache
 def exact(name: str, count: int = 4) -> Any:
-    some = [(c.pull, c.vacuum) for c in curves(name)[:count]]
+    some = [(c, c.vacuum) for c in curves(name)[:count]]
     return calibrate(some, replace(load(name).brake, scale_factor=1.0))
 
 

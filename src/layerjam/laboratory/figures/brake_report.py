@@ -274,7 +274,7 @@ def _make_budgets(report: BrakeReport, result: Calibration) -> tuple[Budget, Bud
     If the report has no friction test, both have the same lines.
     """
     product = make_budget(
-        [Peak(c.pull.peak_force, c.vacuum) for c in result.curves],
+        [Peak(c.peak_force, c.vacuum) for c in result.curves],
         report.brake,
         result.contributions,
         report.file.sources,

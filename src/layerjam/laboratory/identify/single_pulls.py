@@ -142,8 +142,8 @@ def make_single_pulls(
     factors = [
         None if f is None else f / float(ratio) for f, ratio in zip(scale_factors, law, strict=True)
     ]
-    springs = [c.pull.stiffness if c.pull.straight else None for c in curves]
-    seatings = [c.pull.seating for c in curves]
+    springs = [c.stiffness if c.straight else None for c in curves]
+    seatings = [c.seating for c in curves]
     findings = _Findings([dict.fromkeys(TESTS, "untold") for _ in curves], defaultdict(list))
     typical = float(np.median([f for f in factors if f is not None])) if any(factors) else None
     shifts = _compare_groups(findings, factors, curves)
@@ -286,12 +286,12 @@ def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
 
 
 def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
-    bends, indices = findings.known_values("seating", [c.pull.seating for c in curves], 1)
+    bends, indices = findings.known_values("seating", [c.seating for c in curves], 1)
     if not indices:
         return
     has_soft_seat = is_seat_soft(bends.tolist())
     # weight each by its own error: at low vacuum the rise is short and its bend uncertain
-    errors = np.hypot([curves[i].pull.seating_se for i in indices], LEAST["seating"] / 4)
+    errors = np.hypot([curves[i].seating_se for i in indices], LEAST["seating"] / 4)
     middle = float(np.average(bends, weights=errors**-2))
     out = find_outliers((bends - middle) / errors, ALARMS["seating"], 0.0)
     for place, (bend, error) in enumerate(zip(bends, errors, strict=True)):

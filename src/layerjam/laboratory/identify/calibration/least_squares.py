@@ -225,14 +225,14 @@ def _add_column(design: np.ndarray, of_friction: np.ndarray) -> np.ndarray:
 
 
 def _find_start_values(curves: Sequence[Curve], brake: Brake, base: np.ndarray) -> np.ndarray:
-    straight = [c.pull.stiffness for c in curves if c.pull.straight]
+    straight = [c.stiffness for c in curves if c.straight]
     typical_spring = float(np.median(straight)) if straight else float(working_stiffness(brake))
-    spring = [c.pull.stiffness if c.pull.straight else typical_spring for c in curves]
+    spring = [c.stiffness if c.straight else typical_spring for c in curves]
     linear_brake = drop_exponent(brake)
-    peaks = np.array([c.pull.peak_force for c in curves])
+    peaks = np.array([c.peak_force for c in curves])
     vacuums = np.array([c.vacuum for c in curves])
     factors = np.asarray(scale_factor_of_peak(peaks, vacuums, linear_brake))
-    finite = np.isfinite(factors) & np.array([c.pull.has_peak for c in curves])
+    finite = np.isfinite(factors) & np.array([c.has_peak for c in curves])
     logs = np.log(np.where(finite, factors, 1.0)) - base[:, 0]
     typical = float(np.median(logs[finite])) if finite.any() else float(np.log(brake.scale_factor))
     start = np.zeros((len(curves), 5))
