@@ -118,7 +118,9 @@ class BrakeReport:
 
 def make_page(report: BrakeReport) -> Page:
     """Return the page, from which HTML, PDF and the list of numbers are made."""
-    rejections = _describe_unused(report.refused)
+    rejections = [
+        f"{Path(path).name} ({stage}): {reason}" for path, stage, reason in report.refused
+    ]
     parts = _make_stages(report)
     if report.excluded:
         exclusions = [
@@ -166,10 +168,6 @@ def make_page(report: BrakeReport) -> Page:
 def list_excluded(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return the rows of excluded files with their names in place of their paths."""
     return [{**row, "file": Path(row["file"]).name} for row in rows]
-
-
-def _describe_unused(rows: Sequence[tuple[str, str, str]]) -> list[str]:
-    return [f"{Path(path).name} ({stage}): {reason}" for path, stage, reason in rows]
 
 
 def _make_verdict(report: BrakeReport) -> Word:
