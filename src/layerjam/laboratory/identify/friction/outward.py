@@ -4,8 +4,8 @@ A zero that drifts and a friction that changes along the film look the same with
 kinetic mean. A record that goes on until the string is slack again shows which one it is.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +13,11 @@ import numpy.typing as npt
 from layerjam.core.errors import FileError
 from layerjam.core.evolve import evolve
 from layerjam.core.units import show
+from layerjam.laboratory.identify.friction.breakaway import Inertia
 from layerjam.laboratory.identify.friction.spikes import Spike, find_spikes, remove_spikes
 from layerjam.laboratory.identify.load_cell import Zero, find_released_force, find_zero
 from layerjam.laboratory.identify.statistics import fit_line
+from layerjam.laboratory.identify.stick_slip import SawTeeth
 from layerjam.laboratory.measure.noise import find_quantum, running_mean
 from layerjam.laboratory.measure.saturation import Plateau, find_plateau
 from layerjam.laboratory.measure.trace import Array, Trace
@@ -100,6 +102,39 @@ class SledRecord:
         if self.end_force is None or self.zero is None:
             return slope, None
         return slope, (self.end_force - self.zero.force) * middle / self.samples
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionRepeat:
+    """One repeat: coefficients [-], travel at the maximum force [m], and source.
+
+    `kinetic` is None if the record shows stick–slip, unless the middle of the envelope was
+    accepted. `mean` is the ratio of mean force to normal force over the travel `window` [m].
+    `teeth` is the stick–slip there (forces in N), `ripple` that of the machine. `distinct` means
+    that a standard's first maximum is clear, `synthetic` that a program generated the file.
+    `record` is the test without its curve (see `SledRecord`). `limits` are the largest errors that
+    the resolution causes in `static` and `kinetic`. `drift` is that of the force up to the window
+    [N]: from the slope there, and from the levels before and after the test if they are known.
+    """
+
+    static: float
+    kinetic: float | None
+    mean: float
+    static_at: float
+    samples: int
+    path: str
+    window: tuple[float, float]
+    speed: float | None = None
+    distinct: bool = True
+    teeth: SawTeeth | None = None
+    ripple: SawTeeth | None = None
+    inertia: Inertia | None = None
+    warnings: tuple[str, ...] = ()
+    synthetic: bool = False
+    record: SledRecord = field(repr=False, compare=False)
+    sliding_from: float
+    limits: Mapping[str, float]
+    drift: tuple[float, float | None]
 
 
 def read_record(trace: Trace, tare: bool = False) -> SledRecord:
