@@ -3,7 +3,6 @@
 import functools
 import hashlib
 import importlib.util
-import itertools
 import os
 import platform
 import shlex
@@ -140,31 +139,14 @@ def build_library(
     return path
 
 
-def build_shipped_engines(folder: Path) -> list[Path]:
-    """Compile LIBRARIES reproducibly for every machine in TARGETS; return the files in `folder`.
-
-    Raises CompilerError if the Python package ziglang is missing.
-    """
-    paths = []
-    for sources, (machine, target) in itertools.product(LIBRARIES, TARGETS.items()):
-        path = folder / _engine_name(sources, (), machine)
-        # omit debug information, which would contain the source folder
-        options = (*FLAGS, "-g0", "-s", "-shared", *(() if machine[0] == "win32" else ("-fPIC",)))
-        if machine[0] == "darwin":  # without the name, it would contain the temporary folder
-            options = (*options, f"-Wl,-install_name,@rpath/{path.name}")
-        words = [*find_cross_compiler(target), *options, *map(str, sources)]
-        run_compiler(words, path, libraries=("-lm",))
-        paths.append(path)
-    return paths
-
-
 def shipped_library(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
     """Return the library of exactly these sources that came with layerjam, or None."""
-    path = SHIPPED / _engine_name(sources, defines, (sys.platform, platform.machine()))
+    path = SHIPPED / engine_name(sources, defines, (sys.platform, platform.machine()))
     return path if path.exists() else None
 
 
-def _engine_name(sources: Sequence[Path], defines: Sequence[str], machine: tuple[str, str]) -> str:
+def engine_name(sources: Sequence[Path], defines: Sequence[str], machine: tuple[str, str]) -> str:
+    """Return the file name of a library for a machine, with a digest of sources and options."""
     name = _library_name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)], machine)
     return name + ENDINGS.get(machine[0], ".so")
 
