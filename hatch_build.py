@@ -18,19 +18,26 @@ def build_engines(folder: Path) -> list[Path]:
 
     Raises CompilerError if the Python package ziglang is missing.
     """
-    from layerjam.brake.kernel import compiler
+    from layerjam.brake.kernel.compiler import (
+        FLAGS,
+        LIBRARIES,
+        TARGETS,
+        engine_name,
+        find_cross_compiler,
+        run_compiler,
+    )
 
     paths = []
-    for sources, (machine, target) in product(compiler.LIBRARIES, compiler.TARGETS.items()):
-        path = folder / compiler.engine_name(sources, (), machine)
+    for sources, (machine, target) in product(LIBRARIES, TARGETS.items()):
+        path = folder / engine_name(sources, (), machine)
         # omit debug information, which would contain the source folder
-        options = [*compiler.FLAGS, "-g0", "-s", "-shared"]
+        options = [*FLAGS, "-g0", "-s", "-shared"]
         if machine[0] != "win32":
             options.append("-fPIC")
         if machine[0] == "darwin":  # without the name, it would contain the temporary folder
             options.append(f"-Wl,-install_name,@rpath/{path.name}")
-        words = [*compiler.find_cross_compiler(target), *options, *map(str, sources)]
-        compiler.run_compiler(words, path, libraries=("-lm",))
+        words = [*find_cross_compiler(target), *options, *map(str, sources)]
+        run_compiler(words, path, libraries=("-lm",))
         paths.append(path)
     return paths
 
