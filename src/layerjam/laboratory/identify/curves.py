@@ -105,12 +105,23 @@ def make_curves(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Cur
 
 def group_conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
     """Return the indices of curves under the same conditions: vacuum and speed within `ALIKE`."""
-    vacuums = number_levels([c.vacuum for c in curves])
-    speeds = number_levels([c.speed or 0.0 for c in curves])
-    members: dict[tuple[int, int], list[int]] = {}
-    for place, key in enumerate(zip(vacuums, speeds, strict=True)):
-        members.setdefault(key, []).append(place)
-    return [tuple(m) for m in members.values()]
+    return group_places(number_conditions(curves))
+
+
+def number_conditions(pulls: Sequence[Any]) -> list[int]:
+    """Return the number of each pull's `vacuum` and `speed`, counted as they first appear."""
+    vacuums = number_levels([pull.vacuum for pull in pulls])
+    speeds = number_levels([pull.speed or 0.0 for pull in pulls])
+    numbers: dict[tuple[int, int], int] = {}
+    return [numbers.setdefault(key, len(numbers)) for key in zip(vacuums, speeds, strict=True)]
+
+
+def group_places(numbers: Sequence[int]) -> list[tuple[int, ...]]:
+    """Return the indices of equal numbers, in the order in which these first appear."""
+    members: dict[int, list[int]] = {}
+    for place, number in enumerate(numbers):
+        members.setdefault(number, []).append(place)
+    return [tuple(places) for places in members.values()]
 
 
 def number_levels(values: Sequence[float]) -> list[int]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from layerjam.core.units import show
 from layerjam.laboratory.identify.calibration.pull_fit import PullFit
-from layerjam.laboratory.identify.curves import ALIKE, Curve, Turn, number_levels
+from layerjam.laboratory.identify.curves import ALIKE, Curve, Turn, group_places, number_levels
 from layerjam.laboratory.identify.fit_checks import format_percent
 from layerjam.laboratory.identify.odd import (
     FEWEST,
@@ -244,11 +244,11 @@ def _compare_groups(
         log_factors = [
             None if o is None else f for o, f in zip(pull_quantities, _to_log(factors), strict=True)
         ]
-        if len(group_levels([o for o in pull_quantities if o is not None])) < 2:
+        if len(set(number_levels([o for o in pull_quantities if o is not None]))) < 2:
             continue
         values, indices = findings.known_values(test, log_factors)
         levels_of_pulls = [v for i in indices if (v := pull_quantities[i]) is not None]
-        groups = group_levels(levels_of_pulls)
+        groups = group_places(number_levels(levels_of_pulls))
         result = find_shifted_group(values, groups, ALARMS[test], LEAST[test])
         if result is None:
             continue
@@ -261,14 +261,6 @@ def _compare_groups(
             findings.add_outlier(test, indices[place], words)
             shifts[indices[place]] += shift
     return shifts
-
-
-def group_levels(values: Sequence[float]) -> list[list[int]]:
-    """Return the indices of the values at each level."""
-    members: dict[int, list[int]] = defaultdict(list)
-    for place, level in enumerate(number_levels(values) if values else ()):
-        members[level].append(place)
-    return list(members.values())
 
 
 def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
@@ -319,6 +311,6 @@ def find_common_conditions(rows: Sequence[SinglePull]) -> dict[str, float]:
     common = {}
     for quantity in ("vacuum", "speed"):
         values = [getattr(row, quantity) for row in rows]
-        if None not in values and len(group_levels(values)) == 1:
+        if None not in values and len(set(number_levels(values))) == 1:
             common[quantity] = float(np.mean(values))
     return common
