@@ -6,10 +6,40 @@ import importlib.util
 import shutil
 import sys
 import tempfile
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+
+def build_engines(folder: Path) -> list[Path]:
+    """Compile LIBRARIES reproducibly for every machine in TARGETS; return the files in `folder`.
+
+    Raises CompilerError if the Python package ziglang is missing.
+    """
+    from layerjam.brake.kernel.compiler import (
+        FLAGS,
+        LIBRARIES,
+        TARGETS,
+        engine_name,
+        find_cross_compiler,
+        run_compiler,
+    )
+
+    paths = []
+    for sources, (machine, target) in product(LIBRARIES, TARGETS.items()):
+        path = folder / engine_name(sources, (), machine)
+        # omit debug information, which would contain the source folder
+        options = [*FLAGS, "-g0", "-s", "-shared"]
+        if machine[0] != "win32":
+            options.append("-fPIC")
+        if machine[0] == "darwin":  # without the name, it would contain the temporary folder
+            options.append(f"-Wl,-install_name,@rpath/{path.name}")
+        words = [*find_cross_compiler(target), *options, *map(str, sources)]
+        run_compiler(words, path, libraries=("-lm",))
+        paths.append(path)
+    return paths
 
 
 class KernelHook(BuildHookInterface):  # type: ignore[type-arg]
@@ -22,10 +52,8 @@ class KernelHook(BuildHookInterface):  # type: ignore[type-arg]
         if version == "editable" or importlib.util.find_spec("ziglang") is None:
             return
         sys.path.insert(0, str(Path(self.root) / "src"))
-        from layerjam.brake.kernel.compiler import build_shipped_engines
-
         self.folder = tempfile.mkdtemp(prefix="layerjam-kernel-")
-        for path in build_shipped_engines(Path(self.folder)):
+        for path in build_engines(Path(self.folder)):
             build_data["force_include"][str(path)] = f"layerjam/brake/kernel/built/{path.name}"
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:

@@ -61,7 +61,7 @@ def with_curve_fit(curve: Curve, brake: Brake) -> object:
             force_at_elongation(taut, curve.vacuum, change_shape(brake, a, k, sleeve))
         )
 
-    start = (1.0, curve.pull.stiffness, 1.0, 0.0)
+    start = (1.0, curve.stiffness, 1.0, 0.0)
     return curve_fit(law, curve.elongation, curve.force, p0=start, x_scale=(*start[:3], 1e-4),
                      method="trf")  # fmt: skip
 

@@ -9,7 +9,7 @@ checks on whole records that reading the curves adds nothing.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from layerjam.laboratory.identify.calibration.mountings import find_mountings
 from layerjam.laboratory.identify.calibration.peaks import join_means
 from layerjam.laboratory.identify.curves import Curve
 from layerjam.laboratory.identify.shape import SHAPE, change_shape
+from strategies import BARE_CURVE
 
 TRAVEL = 0.04
 READING = 1e-3
@@ -97,14 +98,10 @@ def draw(case: Any, campaigns: int, seed: Any) -> list[Pulls]:
         if case.between is None:
             numbers = list(range(len(places)))
         curves = tuple(
-            Curve(
-                elongation=np.zeros(1),
-                force=np.zeros(1),
+            replace(
+                BARE_CURVE,
                 vacuum=vacuum,
                 speed=speed,
-                repeat=None,
-                path="",
-                pull=None,  # type: ignore[arg-type]
                 mounting=number if case.stated else None,
             )
             for (vacuum, speed, _), number in zip(places, numbers, strict=True)

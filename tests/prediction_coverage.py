@@ -141,13 +141,10 @@ def make_curves(case: Case, device: Device, random: Random) -> tuple[Curve, ...]
     forces = pulls.curve(ELONGATION) * read[0][:, None]
     return tuple(
         Curve(
-            elongation=ELONGATION,
-            force=force,
+            **vars(_read_features(float(heights[i]), float(slopes[i]), force, f"pull-{i + 1}.csv")),
             vacuum=float(pulls.vacuum[i]),
             speed=SPEED,
             repeat=i + 1,
-            path=f"pull-{i + 1}.csv",
-            pull=_read_features(float(heights[i]), float(slopes[i]), force, f"pull-{i + 1}.csv"),
             mounting=int(number[i]) + 1 if case.stated else None,
         )
         for i, force in enumerate(forces)

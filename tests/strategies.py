@@ -16,10 +16,23 @@ from layerjam.brake.device.load import load
 from layerjam.brake.device.mount import Mount, Site
 from layerjam.brake.device.sheets import Film, Sheets
 from layerjam.brake.mechanics.tracing import register_records
+from layerjam.laboratory.identify.curves import Curve
 
 register_records()
 KAPTON = load("choi2018-kapton").brake
 PTFE = load("choi2018-ptfe").brake
+BARE_CURVE = Curve(
+    elongation=np.zeros(1),
+    force=np.zeros(1),
+    path="",
+    vacuum=0.0,
+    seating=None,
+    **dict.fromkeys(("has_peak", "straight"), False),
+    **dict.fromkeys(("stiffness", "stiffness_se", "noise", "origin", "seating_se"), 0.0),
+    **{f"peak_{name}": 0.0 for name in ("force", "force_se", "elongation", "sample", "misfit")},
+    **dict.fromkeys(("peak_samples", "rise_samples"), 0),
+)
+"""A pull whose own curve and features do not matter."""
 
 seeds = st.integers(0, 2**32 - 1)
 

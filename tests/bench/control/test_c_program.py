@@ -13,8 +13,8 @@ import pytest
 
 from bench.control import random_loops
 from bench.control.random_loops import COUNT, NUMBERS, digest, draw_loop, libm_digest, run_loop
+from c_printers.c_program import format_loops
 from layerjam.bench.control import engine
-from layerjam.bench.control.c_program import format_loops
 from layerjam.bench.control.detection import detection_times
 from layerjam.brake.kernel import compiler
 from layerjam.brake.kernel.compiler import LOOPS, find_on_path
@@ -41,7 +41,7 @@ def check_run(number: int) -> None:
 
 
 def test_the_file_is_what_the_sources_print() -> None:
-    """`python -m layerjam.bench.control.c_program` rewrites it."""
+    """`python tests/print_c.py` rewrites it."""
     assert LOOPS[0].read_text("utf-8") == format_loops()
 
 

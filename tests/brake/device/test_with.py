@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import pytest
 
+from layerjam.brake.commands.arguments import convert_brake
 from layerjam.brake.device.brake import Brake, mass
 from layerjam.brake.device.brake_file import BrakeFile, updated_text
-from layerjam.brake.device.load import load, materials, resolve_brake
+from layerjam.brake.device.load import load, materials
 from layerjam.brake.fluid.closed_forms import rise_time
 from layerjam.brake.fluid.line import Line
 from layerjam.brake.fluid.line_file import LineFile, load_line
@@ -94,7 +95,7 @@ def test_a_record_changed_behind_the_back_is_refused_where_it_is_wrapped():
         replace(KAPTON.brake.sheets, width=13.0)
     # what no constructor sees, such as a step of an optimiser over JAX's leaves
     wrong = unchecked(KAPTON.brake, sheets=unchecked(KAPTON.brake.sheets, width=13.0))
-    for wrap in (resolve_brake, BrakeFile.of, lambda b: resolve_brake(replace(KAPTON, brake=b))):
+    for wrap in (convert_brake, BrakeFile.of, lambda b: convert_brake(replace(KAPTON, brake=b))):
         with pytest.raises(LayerjamError, match=r"sheets\.width: 13 m is not allowed"):
             wrap(wrong)
 
@@ -102,7 +103,7 @@ def test_a_record_changed_behind_the_back_is_refused_where_it_is_wrapped():
 def test_a_brake_has_many_doors_and_is_the_same():
     file = BrakeFile.from_record(KAPTON.brake, "mine")
     for door in ("choi2018-kapton", KAPTON, KAPTON.brake, file):
-        assert resolve_brake(door) == KAPTON.brake
+        assert convert_brake(door).brake == KAPTON.brake
     assert BrakeFile.read(file.text, "x") == file and file.name == "mine"
     assert BrakeFile.from_record(KAPTON.brake).name == "unnamed"
     assert LineFile.from_record(PAPER.line).line == PAPER.line

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from brake.kernel.histories import history, most
+from c_printers.formulas import LAWS, format_file
 from layerjam.brake.device.load import load
 from layerjam.brake.kernel import kernel as kernels
-from layerjam.brake.kernel.formulas import FOLDER, LAWS, format_file
+from layerjam.brake.kernel.compiler import SOURCES
 from layerjam.brake.kernel.kernel import Kernel
 from layerjam.brake.kernel.parameters import parameters
 from layerjam.brake.mechanics.friction import sheet_friction
@@ -42,9 +43,9 @@ def gap(brake, seed, kernel=None):
 
 
 def test_the_formulas_are_those_of_the_laws():
-    """python -m layerjam.brake.kernel.formulas writes them anew."""
+    """`python tests/print_c.py` writes them anew."""
     for name in LAWS:
-        assert (FOLDER / name).read_text("utf-8") == format_file(name)
+        assert (SOURCES / name).read_text("utf-8") == format_file(name)
 
 
 @CC

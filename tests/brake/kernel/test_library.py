@@ -37,7 +37,7 @@ def bare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_what_came_in_a_wheel_needs_no_compiler(
     sources: Sequence[Path], tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    path = tmp_path / compiler._engine_name(sources, (), MACHINE)
+    path = tmp_path / compiler.engine_name(sources, (), MACHINE)
     command = [*(find_on_path() or ()), *compiler.FLAGS, "-shared", "-fPIC", "-o", str(path)]
     subprocess.run([*command, *map(str, sources), "-lm"], check=True)
     request.getfixturevalue("bare")
@@ -46,7 +46,7 @@ def test_what_came_in_a_wheel_needs_no_compiler(
 
 def test_a_damaged_one_is_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiler, "SHIPPED", tmp_path)
-    (tmp_path / compiler._engine_name(LOOPS, (), MACHINE)).write_bytes(b"damaged")
+    (tmp_path / compiler.engine_name(LOOPS, (), MACHINE)).write_bytes(b"damaged")
     assert not open_library(LOOPS)._name.startswith(str(tmp_path))
 
 
@@ -69,7 +69,7 @@ def test_an_unknown_setting_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_each_library_has_a_file_for_each_machine() -> None:
-    names = [compiler._engine_name(s, (), machine) for s in LIBRARIES for machine in TARGETS]
+    names = [compiler.engine_name(s, (), machine) for s in LIBRARIES for machine in TARGETS]
     assert len(set(names)) == len(LIBRARIES) * len(TARGETS)
     assert LIBRARIES[0] == KERNEL
 

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from c_printers.printer import format_program
 from layerjam.brake.kernel.compiler import build_library
-from layerjam.brake.kernel.printer import format_program
 
 
 class Pair(NamedTuple):

@@ -21,7 +21,7 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A kernel as a wheel has it, on a machine without compiler and with an empty cache."""
     folder = tmp_path / "built"
     folder.mkdir()
-    path = folder / compiler._engine_name(KERNEL, (), MACHINE)
+    path = folder / compiler.engine_name(KERNEL, (), MACHINE)
     command = [*(find_on_path() or ()), *compiler.FLAGS, "-shared", "-fPIC"]
     subprocess.run([*command, "-o", str(path), *map(str, KERNEL), "-lm"], check=True)
     for module in (compiler, engine):
@@ -73,7 +73,7 @@ def test_version_alone_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_every_platform_has_a_file_of_its_own() -> None:
-    names = [compiler._engine_name(KERNEL, (), machine) for machine in TARGETS]
+    names = [compiler.engine_name(KERNEL, (), machine) for machine in TARGETS]
     assert len(set(names)) == 5
     assert sorted(Path(n).suffix for n in names) == [".dll", ".dylib", ".dylib", ".so", ".so"]
     assert {target.split("-")[0] for target in TARGETS.values()} == {"x86_64", "aarch64"}

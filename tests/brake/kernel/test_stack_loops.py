@@ -16,10 +16,10 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
+from c_printers import loop_printer
 from independent.random_stacks import COUNT, make_case, summarise_pull
-from layerjam.brake.kernel import loop_printer
 from layerjam.brake.kernel import stack as stacks
-from layerjam.brake.kernel.compiler import find_on_path
+from layerjam.brake.kernel.compiler import SOURCES, find_on_path
 from layerjam.brake.kernel.engine import SWITCH
 from layerjam.brake.kernel.stack import find_peaks, pull_stack
 from layerjam.brake.mechanics.stack.history import StackPull
@@ -215,9 +215,9 @@ def test_ctrl_c_ends_a_batch_after_the_blocks_that_have_begun(slow: bool) -> Non
 
 
 def test_the_loops_in_c_are_those_of_python() -> None:
-    """python -m layerjam.brake.kernel.loop_printer writes them anew."""
+    """`python tests/print_c.py` writes them anew."""
     for file in loop_printer.MODULES:
-        kept = (loop_printer.FOLDER / file).read_text("utf-8")
+        kept = (SOURCES / file).read_text("utf-8")
         assert kept == loop_printer.format_loops(file)
 
 
@@ -261,7 +261,7 @@ def test_whole_numbers_are_divided_as_python_divides_them() -> None:
 
 def test_records_have_the_members_that_c_declares() -> None:
     """Members follow each other in the order of the header, and the count of sheets is last."""
-    header = (loop_printer.FOLDER / "stack_loops.h").read_text("utf-8")
+    header = (SOURCES / "stack_loops.h").read_text("utf-8")
     body = header.split("} Stack;")[0].rsplit("typedef struct {", 1)[1]
     names = [line.split()[-1].strip("*;") for line in body.strip().splitlines()]
     made = stacks._make_structure(stacks.check_stack(Stack(**make_case(0)[0])))

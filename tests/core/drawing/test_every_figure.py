@@ -42,7 +42,6 @@ from layerjam.laboratory.figures import (
     friction_figures,
     measurement_figures,
     pull_figures,
-    validation_figures,
 )
 from layerjam.laboratory.identify.bayes.model import Prior
 from layerjam.laboratory.identify.bayes.posterior import BayesFit
@@ -99,7 +98,7 @@ def curves(name: str, *speeds: float) -> tuple[Curve, ...]:
 
 @cache
 def exact(name: str, count: int = 4) -> Any:
-    some = [(c.pull, c.vacuum) for c in curves(name)[:count]]
+    some = [(c, c.vacuum) for c in curves(name)[:count]]
     return calibrate(some, replace(load(name).brake, scale_factor=1.0))
 
 
@@ -266,7 +265,7 @@ OF_BRAKE: dict[str, Callable[[str], Any]] = {
     "calibration-of-one": lambda n: calibration_figure.draw_calibration(
         load(n), exact(n, 1), False
     ),
-    "validation": lambda n: validation_figures.draw_validation(load(n), validated(n), True),
+    "validation": lambda n: pull_figures.draw_validation(load(n), validated(n), True),
     "overlay": lambda n: brake_figures.draw_overlay(
         load(n).brake, validated(n, 0.007, 0.019), True
     ),

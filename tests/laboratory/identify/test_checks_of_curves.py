@@ -86,7 +86,7 @@ def test_a_law_that_does_not_fit_leaves_a_trend_over_slip() -> None:
     """A hump of 6 % of the peak at 12 of 40 mm in every curve: in the second sixth of the slip."""
     curves = campaign(THREE, 2, spread=SPREAD, noise=0.1)
     for c in curves:
-        c.force[:] += 0.06 * c.pull.peak_force * np.exp(-(((c.elongation - 0.012) / 0.003) ** 2))
+        c.force[:] += 0.06 * c.peak_force * np.exp(-(((c.elongation - 0.012) / 0.003) ** 2))
     checks = calibrate_curves(curves, KAPTON).checks
     [trend] = [c for c in checks if c.name == "residuals over slip"]
     assert not trend.passed and "from 17% to 33% of the slip" in trend.sentence
@@ -163,10 +163,10 @@ def test_a_curve_that_bends_off_the_law_is_named() -> None:
     curves = campaign((FULL,), 4, spread=SPREAD, noise=0.1)
     curves = [replace(c, path=f"{i}.csv") for i, c in enumerate(curves)]
     odd = curves[2]
-    odd.force[:] += 0.08 * odd.pull.peak_force * np.sin(odd.elongation / 0.0015)
+    odd.force[:] += 0.08 * odd.peak_force * np.sin(odd.elongation / 0.0015)
     [said] = [c for c in calibrate_curves(curves, KAPTON).checks if c.name == "single curves"]
     assert not said.passed and said.sentence.startswith("2.csv deviates from the law by ")
-    odd.force[:] += 0.2 * odd.pull.peak_force * np.sin(odd.elongation / 0.0015)
+    odd.force[:] += 0.2 * odd.peak_force * np.sin(odd.elongation / 0.0015)
     with pytest.raises(FitError, match=r"2\.csv: its curve deviates from the law by"):
         calibrate_curves(curves, KAPTON)
 

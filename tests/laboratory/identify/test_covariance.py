@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import cast
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +10,7 @@ import pytest
 from layerjam.laboratory.identify.calibration.influence import estimate_covariance
 from layerjam.laboratory.identify.calibration.intervals import Population
 from layerjam.laboratory.identify.calibration.peaks import _estimate_means, join_means
-from layerjam.laboratory.identify.curves import Curve
-from layerjam.laboratory.identify.pull.features import PullFeatures
+from strategies import BARE_CURVE
 
 
 def test_it_is_what_the_errors_of_sums_and_differences_say() -> None:
@@ -57,18 +56,7 @@ def test_means_over_pulls_of_which_some_tell_one_value_only() -> None:
 def test_the_means_of_pulls_have_it() -> None:
     draw = np.random.default_rng(3)
     values = {"scale_factor": list(draw.normal(1, 0.1, 5)), "stiffness": list(draw.normal(9, 1, 5))}
-    curves = [
-        Curve(
-            elongation=np.zeros(1),
-            force=np.zeros(1),
-            vacuum=6e4,
-            speed=None,
-            repeat=n,
-            path=f"pull-{n}.csv",
-            pull=cast(PullFeatures, None),
-        )
-        for n in range(5)
-    ]
+    curves = [replace(BARE_CURVE, vacuum=6e4, repeat=n, path=f"pull-{n}.csv") for n in range(5)]
     alone = [(n,) for n in range(5)]
     found = _estimate_means(values, curves, alone, {})
     due = np.cov(np.array(list(values.values()))) / 5

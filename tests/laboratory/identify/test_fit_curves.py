@@ -125,7 +125,7 @@ def test_a_force_offset_is_fitted_on_request_only() -> None:
 def test_a_curve_without_a_peak_takes_part() -> None:
     """At 3 kPa PTFE rises to the end: no peak, no slope, but a curve."""
     low = campaign((3e3,), 1, brake=PTFE)
-    assert not low[0].pull.has_peak
+    assert not low[0].has_peak
     found = calibrate_curves(
         [*campaign((60e3,), 2, brake=PTFE), *low], change(PTFE, scale_factor=1.0)
     )
@@ -210,4 +210,4 @@ def test_reduction_keeps_every_sample_and_the_mean() -> None:
     weight = small.weight[0] * len(one.force[part]) / small.weight[0].sum()
     assert weight.sum() == pytest.approx(len(one.force[part]))
     assert (weight * small.force[0]).sum() == pytest.approx(one.force[part].sum(), rel=1e-12)
-    assert one.force[part][0] > 0.15 * one.pull.peak_force
+    assert one.force[part][0] > 0.15 * one.peak_force

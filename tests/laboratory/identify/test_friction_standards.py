@@ -17,7 +17,6 @@ from layerjam.brake.device.evidence import Evidence
 from layerjam.brake.device.load import load
 from layerjam.core.errors import FileError, FitError, UnknownNameError
 from layerjam.laboratory.identify.friction.breakaway import find_breakaway, inertia_effect
-from layerjam.laboratory.identify.friction.evidence import make_friction_evidence
 from layerjam.laboratory.identify.friction.reduction import (
     add_friction,
     reduce_friction,
@@ -30,6 +29,7 @@ from layerjam.laboratory.identify.friction.standards import (
     STANDARDS,
     find_standard,
 )
+from layerjam.laboratory.identify.material_evidence import make_friction_evidence
 from layerjam.laboratory.identify.statistics import summarise_repeats
 from layerjam.laboratory.measure.trace import Trace
 

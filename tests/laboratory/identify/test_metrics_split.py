@@ -43,10 +43,7 @@ def moved(pull: PullFeatures, plus: float = 0.0, factor: float = 1.0) -> PullFea
 def measured(
     pull: PullFeatures, vacuum: float = FULL, speed: float | None = 0.013, path: str = "pull"
 ) -> Curve:
-    return Curve(
-        elongation=pull.elongation, force=pull.force, vacuum=vacuum, speed=speed, repeat=None,
-        path=path, pull=pull,
-    )  # fmt: skip
+    return Curve(**{**vars(pull), "vacuum": vacuum, "speed": speed, "path": path})
 
 
 def test_the_split_by_hand() -> None:
@@ -149,7 +146,7 @@ def test_conditions_are_vacuum_and_speed() -> None:
     assert asked == [(81, 0.007), (46, 0.007), (19, 0.007), (81, 0.019), (46, 0.019), (19, 0.019)]
     assert [len(c.curves) for c in result.conditions] == [3] * 6
     assert result.mape_conditions == pytest.approx(result.mape)  # as many pulls in each
-    alone = validate_pulls([(curves[0].pull, curves[0].vacuum)], KAPTON)
+    alone = validate_pulls([(curves[0], curves[0].vacuum)], KAPTON)
     assert alone.scatter is None and alone.conditions[0].speed is None
     assert alone.mape_conditions_sd is None
 

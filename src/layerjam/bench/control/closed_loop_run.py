@@ -1,7 +1,7 @@
 """The closed loop: one run of controller, sensor and plant, sample by sample.
 
-The loop and all that it calls are printed as C (`c_program.py`). Without a C compiler the same text
-runs in Python (`engine.py`). Between samples, plant and sensor are solved exactly. At a slope
+The loop and all that it calls are printed as C (`tests/c_printers`). Without a C compiler the same
+text runs in Python (`engine.py`). Between samples, plant and sensor are solved exactly. At a slope
 a - b v of the vacuum, a sample of length T adds slope (1 - exp(-b T))/b. A first-order sensor shows
 the fraction that its lag passes. A tube requires numerical integration.
 """

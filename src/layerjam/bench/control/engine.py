@@ -19,7 +19,7 @@ _KINDS: dict[Any, Any] = {
     Sequence[float]: ctypes.POINTER(ctypes.c_double),
     Sequence[int]: ctypes.POINTER(ctypes.c_int64),
 }
-"""{type of a field in Python: type in C}, as `kernel/printer.py` prints them."""
+"""{type of a field in Python: type in C}, as `tests/c_printers` prints them."""
 
 
 def _make_structure(record: Any) -> Any:

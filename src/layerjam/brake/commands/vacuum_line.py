@@ -1,5 +1,6 @@
 """`rise`: rise and fall of the vacuum in a line."""
 
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from layerjam.brake.commands.arguments import Atmosphere, Target, check_vacuum
@@ -12,8 +13,6 @@ from layerjam.core.errors import Notice
 from layerjam.core.units import show
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from layerjam.brake.fluid.closed_forms import Filling
     from layerjam.brake.fluid.network import Response
     from layerjam.core.drawing.chart import Pane
@@ -156,38 +155,32 @@ def _fall_time(target: float, line: Line, device: str | None, water: bool) -> fl
     return forms.fall_by_pump(target, line, water) if device is not None and is_alone else None
 
 
-def _tube_notices(line: Line, tube: Tube, rise: float, delay: float, lag: float) -> list[Notice]:
-    """Return notices about a tube with a long delay or with a flow that is not laminar."""
+def _tube_notices(
+    line: Line, tube: Tube, rise: float, delay: float, lag: float
+) -> Iterator[Notice]:
+    """Yield notices about a tube with a long delay or with a flow that is not laminar."""
     from layerjam.brake.fluid.pump import pump_throughput
     from layerjam.brake.fluid.tube import LAMINAR_UP_TO, reynolds_number
 
-    out: list[Notice] = []
     if delay > MATTERS * rise and not tube.cells:
-        out.append(
-            Notice(
-                f"tube: a pressure wave takes {show(delay, 's')} to cross it, {delay / rise:.0%} "
-                f"of the rise; set tube.cells = {CELLS} to include it",
-                "tube-delay",
-            )
+        yield Notice(
+            f"tube: a pressure wave takes {show(delay, 's')} to cross it, {delay / rise:.0%} "
+            f"of the rise; set tube.cells = {CELLS} to include it",
+            "tube-delay",
         )
     if lag > MATTERS * rise:
-        out.append(
-            Notice(
-                f"tube: its resistance causes a lag of {show(lag, 's')} at the target, "
-                f"{lag / rise:.0%} of the rise, which is included; a wider or shorter "
-                "tube is faster",
-                "tube-lag",
-            )
+        yield Notice(
+            f"tube: its resistance causes a lag of {show(lag, 's')} at the target, "
+            f"{lag / rise:.0%} of the rise, which is included; a wider or shorter "
+            "tube is faster",
+            "tube-lag",
         )
     a = line.site.atmosphere
     flow = reynolds_number(pump_throughput(a, line.pump, a) * line.pump.count, tube.bore)
     if flow > LAMINAR_UP_TO:
-        out.append(
-            Notice(
-                f"tube: at full flow the Reynolds number is {flow:.0f}, above "
-                f"{LAMINAR_UP_TO:.0f}: the flow is turbulent at first, but laminar "
-                "resistance is assumed; the real line is slower than this",
-                "turbulent",
-            )
+        yield Notice(
+            f"tube: at full flow the Reynolds number is {flow:.0f}, above "
+            f"{LAMINAR_UP_TO:.0f}: the flow is turbulent at first, but laminar "
+            "resistance is assumed; the real line is slower than this",
+            "turbulent",
         )
-    return out

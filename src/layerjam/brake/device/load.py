@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from layerjam.brake.device.brake import Brake, validate
 from layerjam.brake.device.brake_file import BrakeFile, materials
 from layerjam.core.toml_files.shipped import shipped_files
 
@@ -32,16 +31,4 @@ def load(brake: str | Path) -> BrakeFile:
     return BrakeFile.load(brake, _catalogue_texts())
 
 
-def resolve_brake(anything: str | Path | BrakeFile | Brake) -> Brake:
-    """Return a checked brake, given its name or path, its file, or the plain record.
-
-    Raises UnknownNameError, FileError, or QuantityError for a record that contradicts itself.
-    """
-    if isinstance(anything, str | Path):
-        return load(anything).brake
-    brake = anything.brake if isinstance(anything, BrakeFile) else anything
-    validate(brake)
-    return brake
-
-
-__all__ = ["catalogue", "load", "materials", "resolve_brake"]
+__all__ = ["catalogue", "load", "materials"]

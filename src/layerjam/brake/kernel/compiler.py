@@ -3,7 +3,6 @@
 import functools
 import hashlib
 import importlib.util
-import itertools
 import os
 import platform
 import shlex
@@ -31,9 +30,9 @@ KERNEL = (SOURCES / "layerjam.c", SOURCES / "history.c")
 STOPS = (SOURCES / "stops.c",)
 """Loop over many stops. It compiles four times as long, and a first pull does not need it."""
 STACK = (SOURCES / "stack.c",)
-"""Loops of the sheet-by-sheet model, which `loop_printer.py` prints."""
+"""Loops of the sheet-by-sheet model, printed from those in Python."""
 LOOPS = (SOURCES / "loops" / "loops.c",)
-"""Closed loops of the controller, which `control/c_program.py` prints."""
+"""Closed loops of the controller, printed from those in Python."""
 SHADING = (SOURCES / "shading" / "shading.c",)
 LIBRARIES = (KERNEL, STOPS, STACK, LOOPS, SHADING)
 """Sources of each library, compiled when first used; the folder of its first file is its own."""
@@ -140,31 +139,14 @@ def build_library(
     return path
 
 
-def build_shipped_engines(folder: Path) -> list[Path]:
-    """Compile LIBRARIES reproducibly for every machine in TARGETS; return the files in `folder`.
-
-    Raises CompilerError if the Python package ziglang is missing.
-    """
-    paths = []
-    for sources, (machine, target) in itertools.product(LIBRARIES, TARGETS.items()):
-        path = folder / _engine_name(sources, (), machine)
-        # omit debug information, which would contain the source folder
-        options = (*FLAGS, "-g0", "-s", "-shared", *(() if machine[0] == "win32" else ("-fPIC",)))
-        if machine[0] == "darwin":  # without the name, it would contain the temporary folder
-            options = (*options, f"-Wl,-install_name,@rpath/{path.name}")
-        words = [*find_cross_compiler(target), *options, *map(str, sources)]
-        run_compiler(words, path, libraries=("-lm",))
-        paths.append(path)
-    return paths
-
-
 def shipped_library(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
     """Return the library of exactly these sources that came with layerjam, or None."""
-    path = SHIPPED / _engine_name(sources, defines, (sys.platform, platform.machine()))
+    path = SHIPPED / engine_name(sources, defines, (sys.platform, platform.machine()))
     return path if path.exists() else None
 
 
-def _engine_name(sources: Sequence[Path], defines: Sequence[str], machine: tuple[str, str]) -> str:
+def engine_name(sources: Sequence[Path], defines: Sequence[str], machine: tuple[str, str]) -> str:
+    """Return the file name of a library for a machine, with a digest of sources and options."""
     name = _library_name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)], machine)
     return name + ENDINGS.get(machine[0], ".so")
 

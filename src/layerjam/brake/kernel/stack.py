@@ -90,7 +90,7 @@ def _pass_argument(value: Any) -> Any:
 
 
 def _make_structure(record: Any) -> ctypes.Structure:
-    """Return a record as `loop_printer.py` declares it: its fields, then its properties."""
+    """Return a record as `c/stack_loops.h` declares it: its fields, then its properties."""
     kind: Any = type(record)
     properties = [getattr(record, name) for name in _list_properties(kind)]
     values = [_make_structure(v) if isinstance(v, tuple) else v for v in (*record, *properties)]
@@ -205,7 +205,15 @@ def pull_stack(
     if not np.isfinite(path).all():
         raise QuantityError.of("path", "every elongation must be a finite number")
     n, count = stack.sheet_count, len(path)
-    motion = _make_motion(count, n)
+    widths = {"sheets": n, "faces": 2, **dict.fromkeys(("interface", "slip", "sliding"), n - 1)}
+    tracks: dict[str, Any] = {
+        name: np.zeros(
+            (count, widths[name]) if name in widths else count,
+            bool if name in ("sliding", "slack") else float,
+        )
+        for name in StackPull._fields[:-1]
+    }
+    motion = StackPull(**tracks, snapped=False)
     state, codes = rest_state(n), np.zeros(1, np.int64)
     flat_motion = StackPull._make([*(track.reshape(-1) for track in motion[:-1]), False])
     follow = Loop(follow_path, path, stack, state, _make_trial(n), flat_motion, codes)
@@ -223,18 +231,6 @@ def pull_stack(
     _check_code(codes[0], path, first)
     is_snapped = bool(codes[0] == SNAPPED)
     return StackPull._make([*(track[:first] for track in motion[:-1]), is_snapped])
-
-
-def _make_motion(count: int, n: int) -> StackPull:
-    widths = {"sheets": n, "faces": 2, **dict.fromkeys(("interface", "slip", "sliding"), n - 1)}
-    tracks: dict[str, Any] = {
-        name: np.zeros(
-            (count, widths[name]) if name in widths else count,
-            bool if name in ("sliding", "slack") else float,
-        )
-        for name in StackPull._fields[:-1]
-    }
-    return StackPull(**tracks, snapped=False)
 
 
 def _check_code(code: int, path: Array, point: int) -> None:

@@ -121,11 +121,9 @@ def first_fall(
     """
     is_negative = (function(sample(low, high)) if values is None else values) < 0
     is_crossing = is_negative[1:] & ~is_negative[:-1]
-    first, width, any_ = (
-        xp.argmax(is_crossing, axis=0),
-        (high - low) / _PARTS,
-        is_crossing.any(axis=0),
-    )
+    first = xp.argmax(is_crossing, axis=0)
+    width = (high - low) / _PARTS
+    any_ = is_crossing.any(axis=0)
     start = low + first * width
 
     def search(start: Any) -> Any:

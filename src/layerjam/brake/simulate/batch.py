@@ -18,9 +18,8 @@ from layerjam.brake.mechanics.friction import friction_per_contact
 from layerjam.brake.mechanics.law import compiled
 from layerjam.brake.mechanics.stop.algebra import NOT_A_CASE
 from layerjam.brake.mechanics.stop.exact import Stop, stop
-from layerjam.brake.simulate.batch_spread import BatchSpread
+from layerjam.brake.simulate.batch_spread import BatchSpread, Run, Sweep
 from layerjam.brake.simulate.drop import OUTCOMES
-from layerjam.brake.simulate.sweep import Run, Sweep
 from layerjam.core.errors import (
     MissingExtraError,
     QuantityError,

@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,14 +12,29 @@ from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.device.load import load
 from layerjam.brake.mechanics.stop.algebra import NOT_A_CASE, SNAPS
 from layerjam.brake.simulate.prediction import LEVEL, Prediction
-from layerjam.brake.simulate.sweep import Run, Sweep
 from layerjam.core.errors import QuantityError
 
 Array = np.ndarray[Any, Any]
+Run = Callable[[int, int, Mapping[str, Array]], None]
+"""Function that evaluates `count` flat cases, starting with `first`, into arrays of that length."""
 BLOCK, BATCH_SAMPLES = 500, 250
 """Number of cases that are evaluated at once, and of samples for each."""
 ENDS = ("low", "high")
 TESTED, OUTCOME = "tested", "outcome"
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """One quantity of a batch: its dimension, its values and its stride over the flat grid."""
+
+    name: str
+    dimension: str | None
+    values: Array = field(repr=False)
+    stride: int = 1
+
+    def take_cases(self, cases: Array) -> Array:
+        """Return the values of the flat cases."""
+        return self.values[(cases // self.stride) % len(self.values)]
 
 
 class BatchSpread:

@@ -1,5 +1,6 @@
 """A campaign's TOML, read with the file and line in every error, and written with comments."""
 
+from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -82,12 +83,8 @@ def format_spec(spec: Spec) -> str:
     return "\n".join([*lines, ""])
 
 
-def _format_record(record: Any, cls: type) -> list[str]:
-    lines = []
+def _format_record(record: Any, cls: type) -> Iterator[str]:
     for name, entry in entries(cls):
         value = getattr(record, name)
-        lines.append(describe_spec(entry.spec))
-        lines.append(
-            f"# {name} =" if value is None else f"{name} = {literal(entry.spec.to_toml(value))}"
-        )
-    return lines
+        yield describe_spec(entry.spec)
+        yield f"# {name} =" if value is None else f"{name} = {literal(entry.spec.to_toml(value))}"

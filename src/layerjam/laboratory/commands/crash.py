@@ -1,7 +1,7 @@
 """`crash`: analyse an impact in an accelerometer log."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -64,21 +64,19 @@ def _read_signal(
     return log, None, []
 
 
-def _crash_notices(falling: bool, hic: Any) -> list[str]:
-    sentences: list[str] = []
+def _crash_notices(falling: bool, hic: Any) -> Iterator[Notice]:
     if falling:
         sentence = (
             "gravity is subtracted from the velocity change, because the sensor was in free "
             "fall before the impact"
         )
-        sentences.append(Notice(sentence, "falling"))
+        yield Notice(sentence, "falling")
     if hic is not None:
         sentence = (
             "HIC is defined for the resultant acceleration of a head; a single axis "
             "allows comparisons only"
         )
-        sentences.append(Notice(sentence, "hic"))
-    return sentences
+        yield Notice(sentence, "hic")
 
 
 def _read_shot(file: str | Path, number: Any, sampling: Any, options: TableOptions) -> Shot:

@@ -217,7 +217,7 @@ def _make_text(
     verdict: Verdict,
 ) -> Callable[[str], str]:
     """Return what writes the brake with its changes and with the scatter of the specimens."""
-    from layerjam.laboratory.identify.rubber.evidence import make_enclosure_evidence
+    from layerjam.laboratory.identify.material_evidence import make_enclosure_evidence
 
     strain = min(moduli.strain_at_end for _, moduli, *_ in specimens)
     evidence = make_enclosure_evidence(brake, values, strain, changes)

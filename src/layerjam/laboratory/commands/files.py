@@ -225,10 +225,8 @@ def metadata_notices(
 def _describe_sheet_difference(file_sheets: Sheets, brake_sheets: Sheets) -> str:
     """Return the first dimension that differs between the sheets, as the end of a sentence."""
     for field in fields(Sheets):
-        file_value, size = (
-            getattr(file_sheets, field.name),
-            getattr(brake_sheets, field.name),
-        )
+        file_value = getattr(file_sheets, field.name)
+        size = getattr(brake_sheets, field.name)
         if abs(file_value - size) > 0.01 * file_value:
             spec = get_spec(Sheets, field.name)
             return (

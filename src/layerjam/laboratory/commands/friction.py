@@ -29,8 +29,8 @@ from layerjam.laboratory.commands.reading import NORMAL_FORCE, FileOptions, File
 
 if TYPE_CHECKING:
     from layerjam.laboratory.identify.friction.agreement import Reference
+    from layerjam.laboratory.identify.friction.outward import FrictionRepeat
     from layerjam.laboratory.identify.friction.reduction import FrictionResult
-    from layerjam.laboratory.identify.friction.repeat import FrictionRepeat
     from layerjam.laboratory.identify.friction.standards import Standard
     from layerjam.laboratory.measure.trace import Trace
 

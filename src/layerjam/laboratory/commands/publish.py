@@ -184,10 +184,8 @@ class Recomputed(Result):
         yield from (f"  {file}: {reason}" for file, reason in self.not_compared.items())
         yield ""
         for name in dict.fromkeys((*original, *local)):
-            original_version, local_version = (
-                original.get(name, "not stated"),
-                local.get(name, "not installed here"),
-            )
+            original_version = original.get(name, "not stated")
+            local_version = local.get(name, "not installed here")
             yield f"{name} {original_version}" + (
                 "" if original_version == local_version else f", here {local_version}"
             )

@@ -75,6 +75,7 @@ def write_dataset(
         has_failed = bool(content.verdict.failed)
         if not has_failed:
             replace_folder(staging, out)
+    names = content.names
     return file, dict(
         folder=None if has_failed else str(out),
         files=[] if has_failed else checksums.list_files(out),
@@ -87,7 +88,10 @@ def write_dataset(
         report=None if has_failed else str(out / REPORT / "report.html"),
         licence=details.licence,
         authors=[vars(author) for author in details.authors],
-        refused=_relate_refusals(content),
+        refused={
+            rename_files(path, names).removeprefix(f"{RAW}/"): rename_files(reason, names)
+            for path, _, reason in content.refused
+        },
         warnings=[*_dataset_notices(content), *notices],
         record=content,
     )
@@ -100,15 +104,6 @@ def _relocate_error(error: FileError, staging: Path, folder: Path) -> FileError:
     except ValueError:
         return error
     return FileError(folder / relative, error.reason, error.line)
-
-
-def _relate_refusals(content: "BrakeReport") -> dict[str, str]:
-    """Return {file inside the dataset: reason} of the rejected measurements."""
-    names = content.names
-    return {
-        rename_files(path, names).removeprefix(f"{RAW}/"): rename_files(reason, names)
-        for path, _, reason in content.refused
-    }
 
 
 def _dataset_notices(content: "BrakeReport") -> Iterator[Notice]:

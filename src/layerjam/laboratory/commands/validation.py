@@ -92,12 +92,10 @@ class ModelErrors(Judged):
 
     def draw(self) -> Figure:
         """Return the figure of measured and predicted curves, and the residuals."""
-        from layerjam.laboratory.figures import validation_figures
+        from layerjam.laboratory.figures import pull_figures
 
         file, validation = self.record
-        return validation_figures.draw_validation(
-            file, validation, any(t.synthetic for t in self.traces)
-        )
+        return pull_figures.draw_validation(file, validation, any(t.synthetic for t in self.traces))
 
 
 def _format_share(scatter: Mapping[str, Any] | None) -> str:

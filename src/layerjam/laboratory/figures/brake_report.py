@@ -118,7 +118,9 @@ class BrakeReport:
 
 def make_page(report: BrakeReport) -> Page:
     """Return the page, from which HTML, PDF and the list of numbers are made."""
-    rejections = _describe_unused(report.refused)
+    rejections = [
+        f"{Path(path).name} ({stage}): {reason}" for path, stage, reason in report.refused
+    ]
     parts = _make_stages(report)
     if report.excluded:
         exclusions = [
@@ -166,10 +168,6 @@ def make_page(report: BrakeReport) -> Page:
 def list_excluded(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return the rows of excluded files with their names in place of their paths."""
     return [{**row, "file": Path(row["file"]).name} for row in rows]
-
-
-def _describe_unused(rows: Sequence[tuple[str, str, str]]) -> list[str]:
-    return [f"{Path(path).name} ({stage}): {reason}" for path, stage, reason in rows]
 
 
 def _make_verdict(report: BrakeReport) -> Word:
@@ -274,7 +272,7 @@ def _make_budgets(report: BrakeReport, result: Calibration) -> tuple[Budget, Bud
     If the report has no friction test, both have the same lines.
     """
     product = make_budget(
-        [Peak(c.pull.peak_force, c.vacuum) for c in result.curves],
+        [Peak(c.peak_force, c.vacuum) for c in result.curves],
         report.brake,
         result.contributions,
         report.file.sources,

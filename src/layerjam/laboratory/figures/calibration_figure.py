@@ -70,8 +70,8 @@ def draw_calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> s
             (full, zoom), below, data, int(members[0]), reach, colors[number], file.brake
         )
         ends.append((end, names[number], colors[number]))
-    highest = max(float(c.pull.peak_force) for c in data.curves)
-    peak = max(float(c.pull.peak_elongation) for c in data.curves)
+    highest = max(float(c.peak_force) for c in data.curves)
+    peak = max(float(c.peak_elongation) for c in data.curves)
     count = len(data.curves)
     words = f"{file.name}, {count_text(count, 'pull')}" + ", synthetic data" * synthetic
     style.label_axes(full, ylabel="force [N]", ylim=(0, highest * 1.15), xlim=(0, None))
@@ -106,7 +106,7 @@ def _draw_curves(
         law, _ = evaluate_law(
             np.maximum(u, 0.0), curve.vacuum, data.shapes[index], np.zeros((3, 3)), brake
         )
-        left = (force - law) / float(curve.pull.peak_force) * 100
+        left = (force - law) / float(curve.peak_force) * 100
         for axes in (full, zoom):
             axes.plot(*style.thin_out(u * MM, force, 200), color=colors[index], lw=1.0, alpha=0.55)
         for axes in (residuals, close):
@@ -141,7 +141,7 @@ def _draw_law(
     Returns the force of the law at its last elongation.
     """
     curve, shape = data.curves[index], data.shapes[index]
-    close = ZOOM * float(curve.pull.peak_elongation)
+    close = ZOOM * float(curve.peak_elongation)
     u = np.union1d(np.linspace(0, close, POINTS), np.linspace(0, end, POINTS))
     u = u[u <= end]
     law, _ = evaluate_law(u, curve.vacuum, shape, np.zeros((3, 3)), brake)
@@ -151,7 +151,7 @@ def _draw_law(
         low, high = _find_band(data.file, curve, u, of_mean)
         for axes in panels:
             style.add_band(axes, u * MM, law + low, law + high, color, strength)
-        part = 100 / float(curve.pull.peak_force)
+        part = 100 / float(curve.peak_force)
         for axes in below:
             style.add_band(axes, u * MM, part * low, part * high, color, strength / 2)
     return float(law[-1])

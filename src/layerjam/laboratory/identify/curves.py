@@ -1,9 +1,9 @@
 """Measured pulls, prepared for a joint fit."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,21 +31,16 @@ class Turn(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Curve:
-    """Loading branch of one pull, in SI units; the elongation is zero where the rise begins.
+class Curve(PullFeatures):
+    """One pull with its features and conditions, in SI units.
 
     `speed` is None if neither the file nor its sidecar states it, `recorded_speed` if the file has
-    no time. `repeat` is the pull's number among those at the same vacuum and speed; `pull` contains
-    its features.
+    no time. `repeat` is the pull's number among those at the same vacuum and speed.
     """
 
-    elongation: np.ndarray
-    force: np.ndarray
     vacuum: float
-    speed: float | None
-    repeat: int | None
-    path: str
-    pull: PullFeatures
+    speed: float | None = None
+    repeat: int | None = None
     specimen: str = ""
     recorded_speed: float | None = None
     mounting: int | None = None
@@ -88,23 +83,19 @@ def recorded_speed(trace: Trace) -> float | None:
 
 def make_curve(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> Curve:
     """Return the curve of a pull at a vacuum [Pa], with speed and specimen from its `trace`."""
-    return Curve(
-        elongation=pull.elongation,
-        force=pull.force,
-        vacuum=vacuum,
-        speed=None if trace is None else crosshead_speed(trace),
-        repeat=None,
-        path=pull.path,
-        pull=pull,
-        specimen="" if trace is None else trace.specimen,
-        recorded_speed=None if trace is None else recorded_speed(trace),
-        mounting=None if trace is None else trace.facts.mounting_number,
-        limits={} if trace is None else trace.facts.instrument_limits,
-        synthetic=trace is not None and trace.synthetic,
-        turn=Turn()
-        if trace is None
-        else Turn(trace.start, trace.facts.repeat, trace.facts.mounting),
-    )
+    known: dict[str, Any] = {}
+    if trace is not None:
+        known = {
+            "speed": crosshead_speed(trace),
+            "specimen": trace.specimen,
+            "recorded_speed": recorded_speed(trace),
+            "mounting": trace.facts.mounting_number,
+            "limits": trace.facts.instrument_limits,
+            "synthetic": trace.synthetic,
+            "turn": Turn(trace.start, trace.facts.repeat, trace.facts.mounting),
+        }
+    features = {f.name: getattr(pull, f.name) for f in fields(PullFeatures)}
+    return Curve(**features, vacuum=vacuum, **known)
 
 
 def make_curves(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Curve, ...]:
@@ -114,12 +105,23 @@ def make_curves(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Cur
 
 def group_conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
     """Return the indices of curves under the same conditions: vacuum and speed within `ALIKE`."""
-    vacuums = number_levels([c.vacuum for c in curves])
-    speeds = number_levels([c.speed or 0.0 for c in curves])
-    members: dict[tuple[int, int], list[int]] = {}
-    for place, key in enumerate(zip(vacuums, speeds, strict=True)):
-        members.setdefault(key, []).append(place)
-    return [tuple(m) for m in members.values()]
+    return group_places(number_conditions(curves))
+
+
+def number_conditions(pulls: Sequence[Any]) -> list[int]:
+    """Return the number of each pull's `vacuum` and `speed`, counted as they first appear."""
+    vacuums = number_levels([pull.vacuum for pull in pulls])
+    speeds = number_levels([pull.speed or 0.0 for pull in pulls])
+    numbers: dict[tuple[int, int], int] = {}
+    return [numbers.setdefault(key, len(numbers)) for key in zip(vacuums, speeds, strict=True)]
+
+
+def group_places(numbers: Sequence[int]) -> list[tuple[int, ...]]:
+    """Return the indices of equal numbers, in the order in which these first appear."""
+    members: dict[int, list[int]] = {}
+    for place, number in enumerate(numbers):
+        members.setdefault(number, []).append(place)
+    return [tuple(places) for places in members.values()]
 
 
 def number_levels(values: Sequence[float]) -> list[int]:
@@ -151,7 +153,7 @@ def select_fitted_part(curve: Curve) -> slice:
 
     Below that, the grips settle and slack is taken up, which the law does not describe.
     """
-    height = curve.pull.peak_force
+    height = curve.peak_force
     rise = curve.force[: int(np.argmax(curve.force)) + 1]
     indices_below = np.flatnonzero(rise <= LINEAR[0] * height)
     return slice(int(indices_below[-1]) + 1 if len(indices_below) else 0, len(curve.force))

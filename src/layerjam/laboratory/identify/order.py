@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from layerjam.core.verdict import Level
-from layerjam.laboratory.identify.curves import Curve, number_levels
+from layerjam.laboratory.identify.curves import Curve, number_conditions
 from layerjam.laboratory.identify.fit_checks import SMALL, Check, check, format_percent
 from layerjam.laboratory.identify.single_pulls import SinglePull
 from layerjam.laboratory.measure.trace import Array
@@ -54,7 +54,7 @@ def find_order(names: Sequence[str], pulls: Sequence[Curve | SinglePull]) -> Ord
         "numbers in file names": _read_numbers(names),
     }
     starts = [pull.turn.start for pull in pulls]
-    conditions = _number_conditions(pulls)
+    conditions = number_conditions(pulls)
     all_keys: dict[str, Sequence[float | None]] = {"start times": starts, **numbers}
     for source, keys in all_keys.items():
         if None not in keys and len(set(keys)) == len(pulls):
@@ -82,14 +82,6 @@ def _read_numbers(names: Sequence[str]) -> Sequence[float | None]:
     return numbers if is_sequence else [None] * len(names)
 
 
-def _number_conditions(pulls: Sequence[Curve | SinglePull]) -> list[int]:
-    """Return the number of each pull's vacuum and speed, counted as they first appear."""
-    vacuums = number_levels([pull.vacuum for pull in pulls])
-    speeds = number_levels([pull.speed or 0.0 for pull in pulls])
-    numbers: dict[tuple[int, int], int] = {}
-    return [numbers.setdefault(key, len(numbers)) for key in zip(vacuums, speeds, strict=True)]
-
-
 def check_order(rows: Sequence[SinglePull]) -> Iterator[Check]:
     """Yield the checks that the scale factors have no trend and no memory over their order."""
     usable = [row for row in rows if row.vacuum_of_peak is not None]
@@ -98,7 +90,7 @@ def check_order(rows: Sequence[SinglePull]) -> Iterator[Check]:
     order = find_order([row.file for row in usable], usable)
     pulls = [usable[place] for place in order.places]
     logs = np.log([p.vacuum_of_peak / p.vacuum for p in pulls if p.vacuum_of_peak is not None])
-    conditions, runs = _number_conditions(pulls), _number_runs(pulls)
+    conditions, runs = number_conditions(pulls), _number_runs(pulls)
     is_shared = len(set(runs)) < len(pulls)
     cells = list(zip(conditions, runs, strict=True)) if is_shared else conditions
     means = _group_means(cells)

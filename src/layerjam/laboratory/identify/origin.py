@@ -49,7 +49,7 @@ def describe_origin(file: BrakeFile) -> Origin:
         if path in file.sources
     }
     numbers = (*(path for path, _, _ in quantities(Brake)), *known_entries(file.brake))
-    by_hand = [path for path in numbers if _is_edited(file, path)]
+    by_hand = [path for path in numbers if (path in file.sources and bool(file.sources[path].was))]
     flags = {
         "synthetic": bool(file.synthetic) or _has_synthetic_file(file),
         "edited": bool(by_hand),
@@ -62,10 +62,6 @@ def describe_origin(file: BrakeFile) -> Origin:
         names = ", ".join(by_hand[:4]) + (", ..." if len(by_hand) > 4 else "")
         details.insert(0, f"by hand: {names}")
     return Origin(word, f"{ORIGINS[word]} ({'; '.join(details)})" if details else ORIGINS[word])
-
-
-def _is_edited(file: BrakeFile, path: str) -> bool:
-    return path in file.sources and bool(file.sources[path].was)
 
 
 def _has_synthetic_file(file: BrakeFile) -> bool:

@@ -19,7 +19,7 @@ import numpy as np
 
 from layerjam.core.units import show
 from layerjam.laboratory.identify.calibration.pull_fit import PullFit
-from layerjam.laboratory.identify.curves import ALIKE, Curve, Turn, number_levels
+from layerjam.laboratory.identify.curves import ALIKE, Curve, Turn, group_places, number_levels
 from layerjam.laboratory.identify.fit_checks import format_percent
 from layerjam.laboratory.identify.odd import (
     FEWEST,
@@ -142,8 +142,8 @@ def make_single_pulls(
     factors = [
         None if f is None else f / float(ratio) for f, ratio in zip(scale_factors, law, strict=True)
     ]
-    springs = [c.pull.stiffness if c.pull.straight else None for c in curves]
-    seatings = [c.pull.seating for c in curves]
+    springs = [c.stiffness if c.straight else None for c in curves]
+    seatings = [c.seating for c in curves]
     findings = _Findings([dict.fromkeys(TESTS, "untold") for _ in curves], defaultdict(list))
     typical = float(np.median([f for f in factors if f is not None])) if any(factors) else None
     shifts = _compare_groups(findings, factors, curves)
@@ -244,11 +244,11 @@ def _compare_groups(
         log_factors = [
             None if o is None else f for o, f in zip(pull_quantities, _to_log(factors), strict=True)
         ]
-        if len(group_levels([o for o in pull_quantities if o is not None])) < 2:
+        if len(set(number_levels([o for o in pull_quantities if o is not None]))) < 2:
             continue
         values, indices = findings.known_values(test, log_factors)
         levels_of_pulls = [v for i in indices if (v := pull_quantities[i]) is not None]
-        groups = group_levels(levels_of_pulls)
+        groups = group_places(number_levels(levels_of_pulls))
         result = find_shifted_group(values, groups, ALARMS[test], LEAST[test])
         if result is None:
             continue
@@ -261,14 +261,6 @@ def _compare_groups(
             findings.add_outlier(test, indices[place], words)
             shifts[indices[place]] += shift
     return shifts
-
-
-def group_levels(values: Sequence[float]) -> list[list[int]]:
-    """Return the indices of the values at each level."""
-    members: dict[int, list[int]] = defaultdict(list)
-    for place, level in enumerate(number_levels(values) if values else ()):
-        members[level].append(place)
-    return list(members.values())
 
 
 def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
@@ -286,12 +278,12 @@ def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
 
 
 def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
-    bends, indices = findings.known_values("seating", [c.pull.seating for c in curves], 1)
+    bends, indices = findings.known_values("seating", [c.seating for c in curves], 1)
     if not indices:
         return
     has_soft_seat = is_seat_soft(bends.tolist())
     # weight each by its own error: at low vacuum the rise is short and its bend uncertain
-    errors = np.hypot([curves[i].pull.seating_se for i in indices], LEAST["seating"] / 4)
+    errors = np.hypot([curves[i].seating_se for i in indices], LEAST["seating"] / 4)
     middle = float(np.average(bends, weights=errors**-2))
     out = find_outliers((bends - middle) / errors, ALARMS["seating"], 0.0)
     for place, (bend, error) in enumerate(zip(bends, errors, strict=True)):
@@ -319,6 +311,6 @@ def find_common_conditions(rows: Sequence[SinglePull]) -> dict[str, float]:
     common = {}
     for quantity in ("vacuum", "speed"):
         values = [getattr(row, quantity) for row in rows]
-        if None not in values and len(group_levels(values)) == 1:
+        if None not in values and len(set(number_levels(values))) == 1:
             common[quantity] = float(np.mean(values))
     return common

@@ -338,10 +338,8 @@ def _find_fall_ends(force: Array, turns: _Turns, samples: int) -> tuple[Indices,
         places = np.arange(max(early, half_window), min(late, last - half_window) + 1)
         if not len(places):
             return early, late
-        before, after = (
-            sums[places + 1] - sums[places + 1 - half_window],
-            sums[places + 1 + half_window] - sums[places + 1],
-        )
+        before = sums[places + 1] - sums[places + 1 - half_window]
+        after = sums[places + 1 + half_window] - sums[places + 1]
         centre = int(places[np.argmax(before - after)])
         reach = max(late - early - samples, 0) // 2
         return max(centre - reach, 0), min(centre + 1 + reach, last)

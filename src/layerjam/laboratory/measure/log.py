@@ -17,7 +17,7 @@ from layerjam.core.command.log_options import LogOptions
 from layerjam.core.conversion import unit_factor
 from layerjam.core.errors import FileError, FitError, Notice
 from layerjam.core.units import show
-from layerjam.laboratory.measure.options import ReadingOptions
+from layerjam.laboratory.measure.options import ColumnEntry, ReadingOptions
 from layerjam.laboratory.measure.readers.column_names import separate_words
 from layerjam.laboratory.measure.readers.columns import (
     assign_by_order,
@@ -30,7 +30,6 @@ from layerjam.laboratory.measure.readers.heads import complete_units
 from layerjam.laboratory.measure.readers.hints import suggest_order
 from layerjam.laboratory.measure.readers.lines import Rows, Table, read_lines, split_line
 from layerjam.laboratory.measure.readers.numbers import are_equal_columns, read_columns
-from layerjam.laboratory.measure.readers.pairs import pair_times
 from layerjam.laboratory.measure.readers.source import load_source
 from layerjam.laboratory.measure.readers.table import (
     find_blocks,
@@ -149,7 +148,7 @@ def read_log(
         if written_header is not None:
             warnings = list_unit_conflicts(_split_units(written_header, wants), columns_used, wants)
     else:
-        rows = pair_times(rows, wants, entries)
+        rows = _pair_times(rows, wants, entries)
         are_equal = partial(are_equal_columns, rows, decimal=decimal, from_start=False)
         columns_used, notes = assign_columns(rows.table.header, wants, entries, are_equal)
     columns = list(columns_used.values())
@@ -293,3 +292,36 @@ def _parse_head(source: Source, table: Table) -> dict[str, tuple[str, ...]]:
         if len(fields) >= 2:
             out.setdefault(normalise_name(fields[0]), tuple(fields[1:]))
     return out
+
+
+def _pair_times(rows: Rows, wants: Sequence[Want], entries: Mapping[str, ColumnEntry]) -> Rows:
+    """Return the rows with only the channel of the required quantity, if each has its own times.
+
+    Files such as `Time, Hammer, Time, Acceleration` have a column of time before every channel.
+    The first required quantity other than time selects the channel. The channels may end at
+    different rows. Other files are unchanged.
+    """
+    header = rows.table.header
+    clock = next((w for w in wants if w.role == "time" and w.role not in entries), None)
+    main_column = next((w for w in wants if w.role != "time" and not w.optional), None)
+    times = [c.index for _, c in header.candidates(clock)] if clock else []
+    if (
+        main_column is None
+        or len(times) < 2
+        or {header.names[i] for i in times} != {header.names[times[0]]}
+    ):
+        return rows
+    channel = _find_only_column(header.candidates(main_column, entries.get(main_column.role)))
+    if channel is None or channel.index < times[0]:
+        return rows
+    start = max(i for i in times if i < channel.index)
+    end = min((i for i in times if i > start), default=len(header.names))
+    part = header.select(range(start, end))
+    return replace(rows, table=replace(rows.table, header=part), shared=True)
+
+
+def _find_only_column(candidates: Sequence[tuple[int, Column]]) -> Column | None:
+    """Return the column with the best rank, None unless there is exactly one."""
+    best = min((rank for rank, _ in candidates), default=None)
+    first = [column for rank, column in candidates if rank == best]
+    return first[0] if len(first) == 1 else None

@@ -113,11 +113,9 @@ def judge_claim(
     basis of our result limits the meaning of an agreement. Raises ValueError if the claim requires
     a comparison but there is nothing to compare, or vice versa.
     """
-    paper_value, reason, otherwise = (
-        row.paper,
-        row.why.format(**words),
-        row.otherwise.format(**words),
-    )
+    paper_value = row.paper
+    reason = row.why.format(**words)
+    otherwise = row.otherwise.format(**words)
     basis, agrees = Basis(row.against), holds
     if holds is not None:
         paper_value, our_value = "as stated", row.ours.format(**words)

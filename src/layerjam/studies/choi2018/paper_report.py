@@ -24,7 +24,7 @@ from layerjam.core.drawing.page import (
     to_html,
 )
 from layerjam.core.threads import Workers, cache_threadsafe
-from layerjam.laboratory.figures import calibration_figure, friction_figures, validation_figures
+from layerjam.laboratory.figures import calibration_figure, friction_figures, pull_figures
 from layerjam.laboratory.identify.calibration.result import Calibration
 from layerjam.laboratory.identify.friction.reduction import FrictionResult
 from layerjam.laboratory.identify.validation.metrics import Validation
@@ -241,9 +241,7 @@ def make_main_part(
         "run-calibration": partial(
             calibration_figure.draw_calibration, file, calibration, synthetic=True
         ),
-        "run-validation": partial(
-            validation_figures.draw_validation, file, validation, synthetic=True
-        ),
+        "run-validation": partial(pull_figures.draw_validation, file, validation, synthetic=True),
         "run-vacuum": partial(force_figures.plot_force_vacuum, file, *vacuum),
     }
     return make_part("main-job", draw)

@@ -106,18 +106,9 @@ class Rehabilitation(Machine):
         hold, rest_samples = round(exercise.hold / dt), round(exercise.rest / dt)
         ease = (1 - np.cos(np.pi * np.arange(turn_samples) / turn_samples)) / 2
         repetition = np.concatenate([np.zeros(rest_samples), ease, np.ones(hold), 1 - ease])
-        flexes = (
-            np.concatenate(
-                [np.zeros(rest_samples), np.ones(turn_samples), np.zeros(hold + turn_samples)]
-            )
-            > 0
-        )
-        ready = (
-            np.concatenate(
-                [np.ones(rest_samples), np.ones(turn_samples), np.zeros(hold + turn_samples)]
-            )
-            > 0
-        )
+        counts = rest_samples, turn_samples, hold + turn_samples
+        flexes = np.repeat([False, True, False], counts)
+        ready = np.repeat([True, True, False], counts)
         part, flexing = np.tile(repetition, repetitions), np.tile(flexes, repetitions)
         angle = exercise.start + (exercise.end - exercise.start) * part
         pace = np.gradient(angle, dt)

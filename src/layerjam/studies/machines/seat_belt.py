@@ -89,10 +89,8 @@ class SeatBelt(Machine):
             self.run_case("limiter of constant force", trial, make_limiter(force, belt.stiffness)),
         )
         brake_ride, end = restraints[0].ride, float(strap.travel) * brakes.series
-        is_bottomed_out, may_snap = (
-            bool(brake_ride.slip[-1] >= end * (1 - 1e-9)),
-            bool(can_snap(strap)),
-        )
+        is_bottomed_out = bool(brake_ride.slip[-1] >= end * (1 - 1e-9))
+        may_snap = bool(can_snap(strap))
         ready = check_readiness(self, self.supply, vacuum, tuned=adjusts)
         best, lowest_force = self.find_belts(trial)
         result = Result(

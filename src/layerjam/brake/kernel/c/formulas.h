@@ -1,4 +1,4 @@
-/* Printed from the Python laws by brake/kernel/formulas.py. Apache License 2.0. */
+/* Printed from the Python laws by tests/c_printers/formulas.py. Apache License 2.0. */
 
 typedef struct {
     lj_real stiffness;

@@ -1,4 +1,4 @@
-/* Printed from the Python loops by brake/kernel/loop_printer.py. Apache License 2.0. */
+/* Printed from the Python loops by tests/c_printers/loop_printer.py. Apache License 2.0. */
 
 typedef struct {
     double *place;

@@ -1,6 +1,6 @@
 """One increment of the stack: a weighted one-dimensional fused lasso, solved exactly.
 
-The loops of this folder are printed in C by `kernel/loop_printer.py`. Python runs them, much more
+The loops of this folder are printed in C by `tests/c_printers`. Python runs them, much more
 slowly, on machines without the compiled kernel.
 """
 

@@ -1,7 +1,7 @@
 """Algebra of a stop, element by element: JAX runs it on arrays, and the kernel prints it as C.
 
 It uses only arithmetic, comparisons and `where`, `sqrt`, `maximum`, `minimum`, `inf` of `jnp`, see
-`kernel/formulas.py`. GCC vectorises nothing if a condition is combined with one that it infers.
+`tests/c_printers`. GCC vectorises nothing if a condition is combined with one that it infers.
 """
 
 from typing import Any, NamedTuple

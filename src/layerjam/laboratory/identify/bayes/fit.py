@@ -14,7 +14,6 @@ from layerjam.brake.device.brake import Brake
 from layerjam.core.errors import FitError, MissingExtraError, count_text
 from layerjam.core.evolve import evolve
 from layerjam.laboratory.identify.bayes.model import (
-    Sites,
     choose_start,
     prior_moments,
     priors,
@@ -100,7 +99,29 @@ def fit_bayes(
         mounting=mounting,
         progress=progress,
     )
-    fit = _assemble_fit(sites, curves, brake, divergent, seed)
+    mounted = sites.log_mounting_sd_a is not None
+    prior_of = priors(brake, mounted)
+    fit = BayesFit(
+        synthetic=any(curve.synthetic for curve in curves),
+        brake=brake,
+        paths=tuple(c.path for c in curves),
+        vacuum=tuple(c.vacuum for c in curves),
+        scale_factor=np.exp(sites.log_a),
+        stiffness=np.exp(sites.log_k),
+        enclosure_factor=np.exp(sites.log_f),
+        scale_factor_sd=np.exp(sites.log_sd_a),
+        stiffness_sd=np.exp(sites.log_sd_k),
+        correlation=1 / (1 + np.exp(-sites.logit)),
+        curve_scale_factor=np.exp(sites.own_a),
+        curve_stiffness=np.exp(sites.own_k),
+        slack=prior_of["slack"].sd * sites.own_slack,
+        residual=np.exp(sites.own_noise),
+        scale_factor_mounting_sd=np.exp(sites.log_mounting_sd_a) if mounted else None,
+        stiffness_mounting_sd=np.exp(sites.log_mounting_sd_k) if mounted else None,
+        divergences=int(divergent.sum()),
+        seed=seed,
+        priors=prior_of,
+    )
     return evolve(fit, checks=check_bayes_fit(fit, curves, data))
 
 
@@ -204,35 +225,3 @@ def _shape_covariance(fit: BayesFit, errors: Mapping[str, float]) -> dict[str, d
         first: dict(zip(SHAPE, map(float, row), strict=True))
         for first, row in zip(SHAPE, matrix, strict=True)
     }
-
-
-def _assemble_fit(
-    sites: Sites,
-    curves: Sequence[Curve],
-    brake: Brake,
-    divergent: Array,
-    seed: int,
-) -> BayesFit:
-    mounted = sites.log_mounting_sd_a is not None
-    prior_of = priors(brake, mounted)
-    return BayesFit(
-        synthetic=any(curve.synthetic for curve in curves),
-        brake=brake,
-        paths=tuple(c.path for c in curves),
-        vacuum=tuple(c.vacuum for c in curves),
-        scale_factor=np.exp(sites.log_a),
-        stiffness=np.exp(sites.log_k),
-        enclosure_factor=np.exp(sites.log_f),
-        scale_factor_sd=np.exp(sites.log_sd_a),
-        stiffness_sd=np.exp(sites.log_sd_k),
-        correlation=1 / (1 + np.exp(-sites.logit)),
-        curve_scale_factor=np.exp(sites.own_a),
-        curve_stiffness=np.exp(sites.own_k),
-        slack=prior_of["slack"].sd * sites.own_slack,
-        residual=np.exp(sites.own_noise),
-        scale_factor_mounting_sd=np.exp(sites.log_mounting_sd_a) if mounted else None,
-        stiffness_mounting_sd=np.exp(sites.log_mounting_sd_k) if mounted else None,
-        divergences=int(divergent.sum()),
-        seed=seed,
-        priors=prior_of,
-    )

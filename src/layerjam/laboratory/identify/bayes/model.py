@@ -143,7 +143,7 @@ def reduce_curves(curves: Sequence[Curve]) -> Data:
         white[row, :n] = noise_sd(curve.force) / np.sqrt(count)
         first[row, :n] = np.concatenate([np.arange(len(p[0])) == 0 for p in pieces])
         real[row, :n] = True
-    height = np.array([c.pull.peak_force for c in curves])
+    height = np.array([c.peak_force for c in curves])
     return Data(u, force, white, first, real, np.array([c.vacuum for c in curves]), height)
 
 
@@ -151,13 +151,13 @@ def _split_curve(curve: Curve) -> list[tuple[Array, Array, Array]]:
     """Return bin means of rise and sliding part, or of a whole curve without a straight rise."""
     if curve.vacuum <= 0:
         raise FitError.of(curve.path, f"a vacuum of {show(curve.vacuum, 'Pa')} jams no sheet")
-    pull, u, force = curve.pull, curve.elongation, curve.force
+    u, force = curve.elongation, curve.force
     part = select_fitted_part(curve)
-    if pull.straight:
+    if curve.straight:
         rise = force[: int(np.argmax(force)) + 1]
-        indices_below = np.flatnonzero(rise <= LINEAR[1] * pull.peak_force)
+        indices_below = np.flatnonzero(rise <= LINEAR[1] * curve.peak_force)
         end = int(indices_below[-1]) + 1 if len(indices_below) else 0
-        is_sliding = u > SLIDES * pull.peak_force / pull.stiffness
+        is_sliding = u > SLIDES * curve.peak_force / curve.stiffness
         pieces = [
             _average_stretches(u[part.start : end], force[part.start : end], RISE),
             _average_stretches(u[is_sliding], force[is_sliding], SLIDE),
@@ -255,11 +255,9 @@ def _make_unit_map(
     variance, curves = scatter + error, 1.0
     if guess.mounting is not None:
         mounting_variance = jnp.exp(2 * log_shared)[..., None]
-        scatter, variance, curves = (
-            scatter + mounting_variance,
-            variance + mounting_variance,
-            guess.mounting.sum(axis=-1),
-        )
+        scatter = scatter + mounting_variance
+        variance = variance + mounting_variance
+        curves = guess.mounting.sum(axis=-1)
         weight = 1 / (variance + (curves - 1) * mounting_variance)
     else:
         weight = 1 / variance
@@ -329,7 +327,7 @@ def choose_start(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
     The scatter is so large that the curves do not affect one another.
     """
     center = priors(brake)["stiffness"].center
-    spring = np.array([c.pull.stiffness if c.pull.straight else center for c in curves])
+    spring = np.array([c.stiffness if c.straight else center for c in curves])
     vacuum = data.vacuum[:, None]
     slip = np.clip(data.elongation - data.force / spring[:, None], 0.0, None)
     is_late = data.real & (slip > 0.02 * brake.sheets.overlap)

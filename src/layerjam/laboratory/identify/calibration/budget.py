@@ -67,31 +67,28 @@ class Budget:
     contributions: tuple[Contribution, ...]
     value: float = 1.0
 
-    @property
-    def _list_uncertainties(self) -> list[tuple[float, float]]:
+    def _combine(self) -> tuple[float, float, float] | tuple[None, None, None]:
+        """Return (standard uncertainty, degrees of freedom, coverage factor)."""
         if not any(c.relative for c in self.contributions if not c.supply):
-            return []
+            return None, None, None
         parts = [(c.relative, c.degrees) for c in self.contributions]
-        return [(u, degrees) for u, degrees in parts if u is not None]
+        known = [(u, degrees) for u, degrees in parts if u is not None]
+        return (*combine_uncertainties(known), coverage_factor(known))
 
     @property
     def standard_uncertainty(self) -> float | None:
         """Standard uncertainty: the root of the sum of squares (GUM, 5.1.2)."""
-        return (
-            combine_uncertainties(self._list_uncertainties)[0] if self._list_uncertainties else None
-        )
+        return self._combine()[0]
 
     @property
     def degrees_of_freedom(self) -> float | None:
         """Effective degrees of freedom (GUM, annex G.4.1)."""
-        return (
-            combine_uncertainties(self._list_uncertainties)[1] if self._list_uncertainties else None
-        )
+        return self._combine()[1]
 
     @property
     def coverage_factor(self) -> float | None:
         """Ratio of expanded to standard uncertainty: Student's 95 % quantile (GUM, annex G.3.2)."""
-        return coverage_factor(self._list_uncertainties) if self._list_uncertainties else None
+        return self._combine()[2]
 
     @property
     def expanded_uncertainty(self) -> float | None:

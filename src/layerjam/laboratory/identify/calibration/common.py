@@ -40,7 +40,7 @@ def list_common_lines(
 
     `zero` is False if the zero of the force was fitted.
     """
-    peaks = [Peak(c.pull.peak_force, c.vacuum) for c in curves]
+    peaks = [Peak(c.peak_force, c.vacuum) for c in curves]
     sd, offset = mountings.unseen.get(SHAPE[0]), abs(mean_offset(curves))
     lines = []
     if sd is not None:
@@ -97,8 +97,7 @@ def list_missing(lines: Sequence[Contribution]) -> list[str]:
 
 def mean_offset(curves: Sequence[Curve]) -> float:
     """Return the mean force before the rise, relative to the peak; 0 if no pull shows it."""
-    pulls = [curve.pull for curve in curves]
-    shares = [p.baseline / p.peak_force for p in pulls if p.baseline is not None]
+    shares = [c.baseline / c.peak_force for c in curves if c.baseline is not None]
     return float(np.mean(shares)) if shares else 0.0
 
 

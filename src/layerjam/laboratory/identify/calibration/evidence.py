@@ -124,10 +124,8 @@ def _find_parts(calibration: Calibration, spread: LawSpread) -> Parts:
     count, groups = len(calibration.curves), calibration.mountings
     labels = {c.mounting for c in calibration.curves}
     is_assumed = None in labels or len(labels) < FEWEST
-    mean_scatter, mean_degrees = (
-        _keep_positive(covariance - common),
-        float(max(len(groups) - free, 1)),
-    )
+    mean_scatter = _keep_positive(covariance - common)
+    mean_degrees = float(max(len(groups) - free, 1))
     if free > 1:
         interval = calibration.intervals.get(EXPONENT)
         mean_degrees = mean_degrees if interval is None else interval.degrees_of_freedom

@@ -57,7 +57,7 @@ class ReducedCurves:
 def reduce_curves(curves: Sequence[Curve]) -> ReducedCurves:
     """Return means over sections of equal elongation, with their weights."""
     parts = [_reduce_curve(curve) for curve in curves]
-    height = np.array([c.pull.peak_force for c in curves])
+    height = np.array([c.peak_force for c in curves])
     return ReducedCurves(
         elongation=np.array([p[0] for p in parts]),
         force=np.array([p[1] for p in parts]),
@@ -70,8 +70,9 @@ def reduce_curves(curves: Sequence[Curve]) -> ReducedCurves:
 
 def _find_onset(curve: Curve) -> float:
     """Return the elongation [m] at which a straight rise reaches the peak, or that of the peak."""
-    pull = curve.pull
-    place = pull.peak_force / pull.stiffness if pull.straight else pull.peak_elongation
+    place = curve.peak_elongation
+    if curve.straight:
+        place = curve.peak_force / curve.stiffness
     return float(max(place, 1e-6))
 
 

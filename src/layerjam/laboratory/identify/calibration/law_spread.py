@@ -93,11 +93,9 @@ def _make_draw_spread(calibration: Calibration, fit: BayesFit) -> LawSpread:
     """Return the spread of a posterior, treated as normal in (ln a, ln k, factor)."""
     parts = np.log(fit.scale_factor), np.log(fit.stiffness), fit.enclosure_factor
     repeats = *(np.median(fit.scatter(name)) ** 2 for name in SHAPE[:2]), 0.0
-    a, k, enclosure = (
-        calibration.scale_factor,
-        calibration.stiffness,
-        calibration.values["enclosure_factor"],
-    )
+    a = calibration.scale_factor
+    k = calibration.stiffness
+    enclosure = calibration.values["enclosure_factor"]
     return LawSpread(
         names=SHAPE,
         estimate=np.array([np.log(a), np.log(k), enclosure]),

@@ -225,14 +225,14 @@ def _add_column(design: np.ndarray, of_friction: np.ndarray) -> np.ndarray:
 
 
 def _find_start_values(curves: Sequence[Curve], brake: Brake, base: np.ndarray) -> np.ndarray:
-    straight = [c.pull.stiffness for c in curves if c.pull.straight]
+    straight = [c.stiffness for c in curves if c.straight]
     typical_spring = float(np.median(straight)) if straight else float(working_stiffness(brake))
-    spring = [c.pull.stiffness if c.pull.straight else typical_spring for c in curves]
+    spring = [c.stiffness if c.straight else typical_spring for c in curves]
     linear_brake = drop_exponent(brake)
-    peaks = np.array([c.pull.peak_force for c in curves])
+    peaks = np.array([c.peak_force for c in curves])
     vacuums = np.array([c.vacuum for c in curves])
     factors = np.asarray(scale_factor_of_peak(peaks, vacuums, linear_brake))
-    finite = np.isfinite(factors) & np.array([c.pull.has_peak for c in curves])
+    finite = np.isfinite(factors) & np.array([c.has_peak for c in curves])
     logs = np.log(np.where(finite, factors, 1.0)) - base[:, 0]
     typical = float(np.median(logs[finite])) if finite.any() else float(np.log(brake.scale_factor))
     start = np.zeros((len(curves), 5))
@@ -285,10 +285,8 @@ def fit_own_parameters(
     count = len(means)
     places = np.arange(-(-count // BLOCK) * BLOCK)
     places[count:] = 0  # pad the last block
-    widths, linear_brake = (
-        np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9],
-        drop_exponent(brake),
-    )
+    widths = np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9]
+    linear_brake = drop_exponent(brake)
     blocks = []
     for block in places.reshape(-1, BLOCK):
         curves = jax.tree.map(lambda a, at=block: a[at], (start, prior, means, noise))

@@ -129,7 +129,7 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
 def _fit_curve(curve: Curve, brake: Brake) -> PullFit:
     growth = friction_growth(brake, curve.speed, curve.path)
     moving_brake = fix_friction_speed(brake, curve.speed, curve.path)
-    return evolve(fit_pull(curve.pull, curve.vacuum, moving_brake), growth=growth)
+    return evolve(fit_pull(curve, curve.vacuum, moving_brake), growth=growth)
 
 
 def fit_curves(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:

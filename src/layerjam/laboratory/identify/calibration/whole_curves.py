@@ -169,10 +169,8 @@ def _make_brake_sources(
     errors: Mapping[str, float | None],
     brake: Brake,
 ) -> dict[str, tuple[float, Source]]:
-    text, condition = (
-        f"least squares over {len(fit.reduced)} whole pulls",
-        describe_test_speed(brake),
-    )
+    text = f"least squares over {len(fit.reduced)} whole pulls"
+    condition = describe_test_speed(brake)
     if fit.reference_speed is not None:
         condition = (
             f", at {show(fit.reference_speed, 'm/s')}; its logarithm changes by "

@@ -5,7 +5,7 @@ per pull. The scatter of the points about the line sets the intervals (Student's
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,37 +87,28 @@ def fit_ageing(
     return AgeingFit(**{**vars(fit), "warnings": tuple(_line_notices(fit, decades))})
 
 
-def _line_notices(fit: AgeingFit, decades: Array) -> list[Notice]:
-    out, (low, high) = [], fit.ageing_interval
+def _line_notices(fit: AgeingFit, decades: Array) -> Iterator[Notice]:
+    low, high = fit.ageing_interval
     if low <= 0 <= high:
-        out.append(
-            Notice("the ageing interval contains zero: these pulls show no ageing", "no-ageing")
-        )
+        yield Notice("the ageing interval contains zero: these pulls show no ageing", "no-ageing")
     if fit.holds.max() < NARROW * fit.holds.min():
-        out.append(
-            Notice(
-                f"the holds cover only {show(float(fit.holds.min()), 's')} to "
-                f"{show(float(fit.holds.max()), 's')}; also use holds ten times "
-                "longer",
-                "narrow-holds",
-            )
+        yield Notice(
+            f"the holds cover only {show(float(fit.holds.min()), 's')} to "
+            f"{show(float(fit.holds.max()), 's')}; also use holds ten times "
+            "longer",
+            "narrow-holds",
         )
     if not fit.holds.min() <= fit.hold <= fit.holds.max():
-        out.append(
-            Notice(
-                f"a hold of {show(fit.hold, 's')} lies outside the measured holds",
-                "hold-outside",
-            )
+        yield Notice(
+            f"a hold of {show(fit.hold, 's')} lies outside the measured holds",
+            "hold-outside",
         )
     if _is_bent(fit, decades):
-        out.append(
-            Notice(
-                "static friction is not linear in the logarithm of the hold; the line is "
-                "an average within the measured holds and a guess outside them",
-                "not-logarithmic",
-            )
+        yield Notice(
+            "static friction is not linear in the logarithm of the hold; the line is "
+            "an average within the measured holds and a guess outside them",
+            "not-logarithmic",
         )
-    return out
 
 
 def _is_bent(fit: AgeingFit, decades: Array) -> bool:

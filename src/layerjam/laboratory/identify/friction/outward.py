@@ -4,7 +4,8 @@ A zero that drifts and a friction that changes along the film look the same with
 kinetic mean. A record that goes on until the string is slack again shows which one it is.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -12,9 +13,11 @@ import numpy.typing as npt
 from layerjam.core.errors import FileError
 from layerjam.core.evolve import evolve
 from layerjam.core.units import show
+from layerjam.laboratory.identify.friction.breakaway import Inertia
 from layerjam.laboratory.identify.friction.spikes import Spike, find_spikes, remove_spikes
 from layerjam.laboratory.identify.load_cell import Zero, find_released_force, find_zero
 from layerjam.laboratory.identify.statistics import fit_line
+from layerjam.laboratory.identify.stick_slip import SawTeeth
 from layerjam.laboratory.measure.noise import find_quantum, running_mean
 from layerjam.laboratory.measure.saturation import Plateau, find_plateau
 from layerjam.laboratory.measure.trace import Array, Trace
@@ -65,21 +68,19 @@ class SledRecord:
         empty = np.empty(0)
         return evolve(self, travel=empty, force=empty, time=None)
 
-    def notes(self) -> list[str]:
-        """Return one note for each spike, and one for the force that was subtracted."""
-        out = []
+    def notes(self) -> Iterator[str]:
+        """Yield one note for each spike, and one for the force that was subtracted."""
         if self.tare_force is not None:
-            out.append(f"{show(self.tare_force, 'N')} was subtracted from the force (tare)")
+            yield f"{show(self.tare_force, 'N')} was subtracted from the force (tare)"
         for spike in self.spikes:
             place = show(float(self.travel[spike.start]), "m")
             if self.time is not None:
                 place = f"{show(float(self.time[spike.start]), 's')} ({place} of travel)"
             samples = f"{spike.samples} sample{'s' * (spike.samples > 1)}"
-            out.append(
+            yield (
                 f"a spike of {show(spike.height, 'N', 3)} over {samples} at {place} is faster than "
                 "the string can stretch; it is left out"
             )
-        return out
 
     def drift(self, is_inside: npt.NDArray[np.bool_]) -> tuple[float, float | None]:
         """Return (slope, levels): two estimates of the drift from the zero to a window [N].
@@ -101,6 +102,39 @@ class SledRecord:
         if self.end_force is None or self.zero is None:
             return slope, None
         return slope, (self.end_force - self.zero.force) * middle / self.samples
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionRepeat:
+    """One repeat: coefficients [-], travel at the maximum force [m], and source.
+
+    `kinetic` is None if the record shows stick–slip, unless the middle of the envelope was
+    accepted. `mean` is the ratio of mean force to normal force over the travel `window` [m].
+    `teeth` is the stick–slip there (forces in N), `ripple` that of the machine. `distinct` means
+    that a standard's first maximum is clear, `synthetic` that a program generated the file.
+    `record` is the test without its curve (see `SledRecord`). `limits` are the largest errors that
+    the resolution causes in `static` and `kinetic`. `drift` is that of the force up to the window
+    [N]: from the slope there, and from the levels before and after the test if they are known.
+    """
+
+    static: float
+    kinetic: float | None
+    mean: float
+    static_at: float
+    samples: int
+    path: str
+    window: tuple[float, float]
+    speed: float | None = None
+    distinct: bool = True
+    teeth: SawTeeth | None = None
+    ripple: SawTeeth | None = None
+    inertia: Inertia | None = None
+    warnings: tuple[str, ...] = ()
+    synthetic: bool = False
+    record: SledRecord = field(repr=False, compare=False)
+    sliding_from: float
+    limits: Mapping[str, float]
+    drift: tuple[float, float | None]
 
 
 def read_record(trace: Trace, tare: bool = False) -> SledRecord:
@@ -126,6 +160,7 @@ def read_record(trace: Trace, tare: bool = False) -> SledRecord:
         tare_force = zero.force
         force, level = force - tare_force, level - tare_force
         zero = Zero(force=0.0, error=zero.error)
+    plateau = find_plateau(force)
     return SledRecord(
         travel=travel,
         force=force,
@@ -135,16 +170,10 @@ def read_record(trace: Trace, tare: bool = False) -> SledRecord:
         tare_force=tare_force,
         end_force=find_released_force(trace.force[last:] - (tare_force or 0.0), level),
         spikes=tuple(spikes),
-        plateau=_find_steady_plateau(force),
+        plateau=plateau if plateau is not None and plateau.end > LASTS * len(force) else None,
         quantum=find_quantum(raw),
         samples=len(trace),
     )
-
-
-def _find_steady_plateau(force: Array) -> Plateau | None:
-    """Return the plateau at the top of a record, if it lasts to the end."""
-    plateau = find_plateau(force)
-    return plateau if plateau is not None and plateau.end > LASTS * len(force) else None
 
 
 def crosshead_speed(trace: Trace) -> float | None:

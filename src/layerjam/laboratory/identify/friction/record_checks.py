@@ -6,7 +6,7 @@ from pathlib import Path
 
 from layerjam.core.units import show
 from layerjam.core.verdict import Check, check
-from layerjam.laboratory.identify.friction.repeat import FrictionRepeat
+from layerjam.laboratory.identify.friction.outward import FrictionRepeat
 from layerjam.laboratory.identify.load_cell import (
     NOTICED,
     check_drift,

@@ -31,11 +31,15 @@ from layerjam.laboratory.identify.friction.breakaway import (
     inertia_effect,
 )
 from layerjam.laboratory.identify.friction.envelope import StickSlip, find_envelope
-from layerjam.laboratory.identify.friction.evidence import make_friction_evidence
-from layerjam.laboratory.identify.friction.outward import SledRecord, crosshead_speed, read_record
+from layerjam.laboratory.identify.friction.outward import (
+    FrictionRepeat,
+    SledRecord,
+    crosshead_speed,
+    read_record,
+)
 from layerjam.laboratory.identify.friction.record_checks import check_records
-from layerjam.laboratory.identify.friction.repeat import FrictionRepeat
 from layerjam.laboratory.identify.friction.standards import PAPER, Standard, list_deviations
+from layerjam.laboratory.identify.material_evidence import make_friction_evidence
 from layerjam.laboratory.identify.provenance import digest_files, mark_sources, sha256
 from layerjam.laboratory.identify.statistics import OverRepeats, summarise_repeats
 from layerjam.laboratory.identify.stick_slip import CAUSE, find_ripple, find_saw_teeth

@@ -7,6 +7,7 @@ g sled, 63.5 mm square, at 150 mm/min; its scope, note 2, warns against a direct
 here, so compare this table with the current edition before signing a report.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,11 +73,10 @@ def find_standard(name: str) -> Standard:
 
 def list_deviations(
     standard: Standard, speed: float | None, time: Array | None, travel: Array
-) -> list[str]:
-    """Return notes on how a test differs from a standard: its speed, and the time at rest."""
-    out = []
+) -> Iterator[str]:
+    """Yield notes on how a test differs from a standard: its speed, and the time at rest."""
     if speed is not None and abs(speed / standard.speed - 1) > standard.speed_tolerance + 0.005:
-        out.append(
+        yield (
             f"pulled at {show(speed * 60e3, '1')} mm/min; {standard.title} requires "
             f"{show(standard.speed * 60e3, '1')} mm/min"
         )
@@ -84,8 +84,7 @@ def list_deviations(
         moving = np.flatnonzero(np.abs(travel) > 1e-5 + 1e-3 * float(travel.max()))
         dwell = 0.0 if time is None or not len(moving) else float(time[moving[0]] - time[0])
         if dwell < 0.9 * standard.dwell:
-            out.append(
+            yield (
                 f"the record does not show the {standard.dwell:g} s at rest before the pull, on "
                 "which static friction depends"
             )
-    return out

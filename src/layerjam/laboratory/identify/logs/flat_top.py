@@ -134,10 +134,8 @@ def _estimate_quantum_and_noise(record: Array, still: Array, span: float) -> _Gr
     if noise == 0:
         parts = steps[:, None] / smallest_step * np.arange(1, FEWER)
         is_multiple = np.all(np.abs(parts - np.round(parts)) < WHOLE_STEP, axis=0)
-        is_computed, quantum = (
-            not is_multiple.any(),
-            smallest_step / (int(np.argmax(is_multiple)) + 1),
-        )
+        is_computed = not is_multiple.any()
+        quantum = smallest_step / (int(np.argmax(is_multiple)) + 1)
     deviations = still - still.mean()
     power = float(deviations @ deviations)
     correlation = float(deviations[1:] @ deviations[:-1]) / power if power > 0 else 0.0

@@ -31,7 +31,7 @@ SLIP = 0.2
 """Noise of one sample, relative to the maximum force, above which a rise is smoothed."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PullFeatures:
     """Features of one pull, in SI units.
 

@@ -171,7 +171,8 @@ def find_unloading(
     top = float(np.median(force[max(first - width, 0) : turn_index + 1]))
     return_line = _fit_return(return_path, fall, top, baseline)
     out, pull_force = elongation[: first + 1], force[: first + 1]
-    work, work_back = _compute_loop_area(out, pull_force), -_compute_loop_area(return_path, fall)
+    work = float(np.trapezoid(pull_force, out))
+    work_back = -float(np.trapezoid(fall, return_path))
     end = max(1, len(fall) // 100)
     return Unloading(
         stiffness=return_line and return_line.slope,
@@ -199,10 +200,6 @@ def _fit_return(
     part = slice(below_high[0], below_low[0])
     line = fit_line(return_path[part], fall[part]) if below_low[0] - below_high[0] >= 4 else None
     return line if line is not None and line.slope > 0 else None
-
-
-def _compute_loop_area(x: Array, y: Array) -> float:
-    return float(np.sum(np.diff(x) * (y[1:] + y[:-1])) / 2)
 
 
 def _weight_norm(x: Array) -> float:

@@ -1,5 +1,6 @@
 """Summary of one measured pull: slack, preload, onset, peak, plateau, stick–slip and return."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -354,35 +355,33 @@ def _summary_notes(
     teeth: SawTeeth | None,
     ripple: SawTeeth | None,
     tare_force: float | None,
-) -> list[str]:
-    out = []
+) -> Iterator[str]:
     if tare_force is not None:
-        out.append(f"{show(tare_force, 'N')} was subtracted from the force (tare)")
+        yield f"{show(tare_force, 'N')} was subtracted from the force (tare)"
     if is_off_zero(start, features):
         moment = "before the load rises" if start.seen else "already at the first sample"
         ask = "; a preload, or the load cell's zero (--tare subtracts it)" if start.seen else ""
-        out.append(f"the force is {show(start.baseline, 'N')} {moment}{ask}")
+        yield f"the force is {show(start.baseline, 'N')} {moment}{ask}"
     if features.is_sparse:
-        out.append(
+        yield (
             f"{features.rise_samples} samples between {LINEAR[0]:.0%} and {LINEAR[1]:.0%} of the "
             "maximum force are too few to determine a stiffness: pull more slowly, or sample faster"
         )
     elif not features.straight:
-        out.append("the force curve bends long before its maximum: it has no linear rise")
+        yield "the force curve bends long before its maximum: it has no linear rise"
     if not features.has_peak:
-        out.append("the force rises to the end: there is no peak and no part after it")
+        yield "the force rises to the end: there is no peak and no part after it"
     if teeth is not None:
-        out.append(
+        yield (
             f"sticks and slips, {show(teeth.amplitude, 'N')} about its midpoint every "
             f"{show(teeth.spacing, 'm', 3)}; its peak is static friction at the first slip"
         )
     if ripple is not None:
-        out.append(
+        yield (
             f"a ripple of {show(ripple.amplitude, 'N')} about its midpoint every "
             f"{show(ripple.spacing, 'm', 3)} is not stick–slip, whose spacing is its "
             f"swing divided by the stiffness; likely cause: {CAUSE}"
         )
-    return out
 
 
 def _note_unused_samples(trace: Trace, unloading: Unloading | None) -> list[str]:

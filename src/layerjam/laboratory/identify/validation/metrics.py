@@ -336,7 +336,7 @@ def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
         raise FitError("validate: no pull was given")
     errors = [
         compare_pull(
-            c.pull,
+            c,
             c.vacuum,
             fix_friction_speed(brake, c.speed, c.path),
             speed=c.speed,

@@ -99,7 +99,7 @@ def read_texture_analyser(data: bytes) -> Layout:
             if grams is None:
                 continue
             if grams in names:
-                named_line = _replace_text(line, b"(g)", b"(gf)")
+                named_line = re.sub(re.escape(b"(g)"), b"(gf)", line, flags=re.IGNORECASE)
                 return Layout(_insert_line(data, number, named_line), (_GRAMS,))
             units = _find_words(lines[number + 1], mark) if number + 1 < len(lines) else []
             force_index = names.index(b"force")
@@ -273,10 +273,6 @@ def _parse_first(fields: list[bytes]) -> float | None:
 
 def _find_words(line: bytes, mark: bytes) -> list[bytes]:
     return [word.strip(b' "\r\t').lower() for word in line.split(mark) if word.strip(b' "\r\t')]
-
-
-def _replace_text(line: bytes, old: bytes, new: bytes) -> bytes:
-    return re.sub(re.escape(old), new, line, flags=re.IGNORECASE)
 
 
 def _insert_line(data: bytes, number: int, line: bytes) -> bytes:

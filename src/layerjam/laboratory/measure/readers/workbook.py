@@ -181,11 +181,8 @@ def _count_open_document(data: bytes) -> Iterator[tuple[int, int]]:
 
 def _make_source(path: str, name: str, rows: Sequence[Sequence[object]]) -> Source:
     lines = [
-        "\t".join([repr(c) if type(c) is float else _cell_text(c) for c in row]) for row in rows
+        "\t".join([repr(c) if type(c) is float else str(c).translate(_CLEAN).strip() for c in row])
+        for row in rows
     ]
     numbers = any(isinstance(c, float | int) for row in rows for c in row)
     return Source(path, ("\n".join(lines) + "\n").encode(), "utf-8", name, "." if numbers else None)
-
-
-def _cell_text(value: object) -> str:
-    return str(value).translate(_CLEAN).strip()

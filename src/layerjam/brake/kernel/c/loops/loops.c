@@ -1,4 +1,4 @@
-/* Printed by layerjam/bench/control/c_program.py from the Python sources. Apache License 2.0. */
+/* Printed by tests/c_printers/c_program.py from the Python sources. Apache License 2.0. */
 
 #include <math.h>
 #include <stdint.h>

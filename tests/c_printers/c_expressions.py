@@ -4,7 +4,7 @@ import ast
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from layerjam.brake.kernel.c_text import (
+from c_printers.c_text import (
     INTEGER,
     REAL,
     TRUTH,

@@ -12,8 +12,8 @@ import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from layerjam.brake.kernel.c_expressions import OPERATORS, ExpressionPrinter, Program
-from layerjam.brake.kernel.c_text import (
+from c_printers.c_expressions import OPERATORS, ExpressionPrinter, Program
+from c_printers.c_text import (
     INTEGER,
     REAL,
     c_function,

@@ -1,11 +1,10 @@
 """The closed loops in C, printed from the Python sources, so that each rule is written once.
 
-`python -m layerjam.bench.control.c_program` rewrites `kernel/c/loops/loops.c`; a test checks it.
+`python tests/print_c.py` rewrites `brake/kernel/c/loops/loops.c`; a test checks it.
 """
 
+from c_printers.printer import format_program
 from layerjam.bench.control import closed_loop_run, exact, law, noise, sample, through_tube, trial
-from layerjam.brake.kernel.compiler import LOOPS
-from layerjam.brake.kernel.printer import format_program
 
 RECORDS = (exact.Rates, noise.Layers, closed_loop_run.Chain, closed_loop_run.Course)
 FUNCTIONS = (
@@ -46,9 +45,5 @@ SEPARATE_FUNCTIONS = {"_draw_from_tail", "advance"}
 def format_loops() -> str:
     """Return the text of `loops.c`."""
     return format_program(
-        "layerjam/bench/control/c_program.py", FUNCTIONS, RECORDS, EXPORTED, SEPARATE_FUNCTIONS
+        "tests/c_printers/c_program.py", FUNCTIONS, RECORDS, EXPORTED, SEPARATE_FUNCTIONS
     )
-
-
-if __name__ == "__main__":
-    LOOPS[0].write_text(format_loops(), encoding="utf-8")

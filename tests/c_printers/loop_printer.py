@@ -1,8 +1,8 @@
 """Loops in C, printed from modules of Python, so that each loop is written once.
 
-`python -m layerjam.brake.kernel.loop_printer` rewrites the files of MODULES in `c/`; a test checks
-them. A module consists of constants, named tuples, and functions of numbers, arrays and named
-tuples. The order of operations stays, so both languages compute the same bits.
+`python tests/print_c.py` rewrites the files of MODULES in `brake/kernel/c`; a test checks them.
+A module consists of constants, named tuples, and functions of numbers, arrays and named tuples. The
+order of operations stays, so both languages compute the same bits.
 """
 
 import ast
@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
-from layerjam.brake.kernel.c_text import RESERVED
-from layerjam.brake.kernel.formulas import FOLDER
+from c_printers.c_text import RESERVED
 from layerjam.brake.mechanics.stack import enclosure, history, lasso, peaks, solve
 
 MODULES: dict[str, tuple[ModuleType, ...]] = {
@@ -23,7 +22,9 @@ MODULES: dict[str, tuple[ModuleType, ...]] = {
 """{file: modules in the order of printing}; each uses only earlier ones."""
 EXPORTED = {"follow_path", "follow_peaks"}
 """Functions that Python calls; their names in C start with `lj_`."""
-HEAD = "/* Printed from the Python loops by brake/kernel/loop_printer.py. Apache License 2.0. */\n"
+HEAD = (
+    "/* Printed from the Python loops by tests/c_printers/loop_printer.py. Apache License 2.0. */\n"
+)
 KINDS = {
     "float": "double",
     "int": "int64_t",
@@ -363,8 +364,3 @@ def format_loops(name: str) -> str:
     """Return the C text of a file in MODULES."""
     printer = Printer()
     return HEAD + "\n" + "\n".join(t for m in MODULES[name] for t in printer.print_module(m))
-
-
-if __name__ == "__main__":
-    for file in MODULES:
-        (FOLDER / file).write_text(format_loops(file), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Evidence of friction tests for a brake's file: uncertainty, scatter and tested range."""
+"""Evidence of tests of film and silicone for a brake's file: uncertainty, scatter, tested range."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.device.enclosure import SILICONE_FRICTION
 from layerjam.brake.device.evidence import Evidence, Part, as_tuples, state_fitted
 from layerjam.brake.device.spread import REPEAT_SD
 from layerjam.core.toml_files.source import Source
@@ -21,7 +22,6 @@ def make_friction_evidence(
     means: Mapping[str, OverRepeats],
     speeds: Sequence[float],
     changes: Changes,
-    date: str | None = None,
 ) -> Evidence:
     """Return the evidence of friction tests of a film, whose repeats scatter independently.
 
@@ -42,7 +42,7 @@ def make_friction_evidence(
     degrees = float(repeats - 1) if has_sds else math.inf
     return Evidence(
         command="friction",
-        date=date or datetime.now(UTC).date().isoformat(),
+        date=datetime.now(UTC).date().isoformat(),
         tests=repeats,
         names=tuple(f"film.{name}" for name in names),
         parts=(
@@ -51,4 +51,35 @@ def make_friction_evidence(
         ),
         ranges={"speed": (min(speeds), max(speeds))} if speeds else {},
         fitted=state_fitted("friction", file.known_values, changes),
+    )
+
+
+def make_enclosure_evidence(
+    file: BrakeFile,
+    values: Mapping[str, Any],
+    strain: float,
+    changes: Changes,
+) -> Evidence | None:
+    """Return the evidence of specimens, None for one specimen, which shows no scatter.
+
+    `values` are those of `pool`, `strain` is the largest one of all specimens, `changes` are the
+    values written into the file. The enclosure's force is proportional to the square root of
+    modulus times friction; its friction was not tested.
+    """
+    sd, count = values.get("modulus_100_sd"), values["specimens"]
+    if not sd:
+        return None
+    modulus = math.log1p((sd / values["modulus_100"]) ** 2) / count
+    friction = math.log(SILICONE_FRICTION) ** 2
+    return Evidence(
+        command="enclosure",
+        date=datetime.now(UTC).date().isoformat(),
+        tests=count,
+        names=("enclosure_force",),
+        parts=(
+            Part("mean", ((modulus / 4,),), float(count - 1)),
+            Part("mean", ((friction / 4,),)),
+        ),
+        ranges={"strain": (0.0, strain)},
+        fitted=state_fitted("enclosure", file.known_values, changes),
     )

@@ -1,20 +1,18 @@
 """The kernel's formulas in C, printed from the laws in Python, so that each is written once.
 
-`python -m layerjam.brake.kernel.formulas` rewrites the files of LAWS in `c/`; a test checks them.
+`python tests/print_c.py` rewrites the files of LAWS in `brake/kernel/c`; a test checks them.
 """
 
 import ast
 import inspect
 import textwrap
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
-from layerjam.brake.kernel.c_text import c_variable, wrap_line
+from c_printers.c_text import c_variable, wrap_line
 from layerjam.brake.mechanics import enclosure, memory
 from layerjam.brake.mechanics.stop import algebra
 
-FOLDER = Path(__file__).parent / "c"
 _STRIP = enclosure.EnclosureLaw
 LAWS: dict[str, tuple[Callable[..., Any], ...]] = {
     "formulas.h": (_STRIP, enclosure.make_enclosure, memory.branch, enclosure.spread_root),
@@ -40,7 +38,7 @@ LAWS: dict[str, tuple[Callable[..., Any], ...]] = {
     ),
 }
 """{file: records and laws in the order of printing}; each uses only earlier ones."""
-HEAD = """/* Printed from the Python laws by brake/kernel/formulas.py. Apache License 2.0. */
+HEAD = """/* Printed from the Python laws by tests/c_printers/formulas.py. Apache License 2.0. */
 """
 OPERATORS: dict[type, tuple[str, int]] = {
     ast.BitOr: ("||", 1),
@@ -205,8 +203,3 @@ class _Printer:
         if self.infer_type(node) in ("int", TYPES["Any"]) or is_address != is_field:
             return text
         return f"*{text}" if is_field else f"&{text}"
-
-
-if __name__ == "__main__":
-    for file in LAWS:
-        (FOLDER / file).write_text(format_file(file), encoding="utf-8")
