@@ -25,14 +25,14 @@ SLOWER, START = 8.0, 60.0
 PRINTED = ("brake/mechanics/", "bench/control/")
 """Folders of Python that is printed as C."""
 PRINT = """
-import runpy
+import runpy, sys
 from layerjam.brake.kernel import web
 stored = next(web.FOLDER.glob("*.wasm"))
-for name in {names}:
-    try:
-        runpy.run_module(name, run_name="__main__")
-    except Exception:
-        pass
+sys.path.insert(0, "tests")
+try:
+    {has_printed} and runpy.run_path("tests/print_c.py", run_name="__main__")
+except Exception:
+    pass
 stored.rename(web.find_stored_module())  # else every test of the live page fails
 """
 SERVER = """
@@ -51,11 +51,6 @@ for line in sys.stdin:
     print(child, flush=True)
     print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 """
-PRINTERS = (
-    "layerjam.brake.kernel.loop_printer",
-    "layerjam.brake.kernel.formulas",
-    "layerjam.bench.control.c_program",
-)
 FIRST = "tests/brake/mechanics/test_closed_forms.py"
 MARKS = ("FAILED", "ERROR ")
 WHOLE = {
@@ -225,7 +220,7 @@ class Farm:
         self.write(home / "src" / "layerjam" / mutant.file, text)
         is_c = not mutant.file.endswith(".py")
         if is_c or mutant.file.startswith(PRINTED):
-            self.run_code(home, PRINT.format(names=() if is_c else PRINTERS))
+            self.run_code(home, PRINT.format(has_printed=not is_c))
         if not is_c:
             return True
         file = home / "src/layerjam" / WHOLE.get(Path(mutant.file).name, mutant.file)
