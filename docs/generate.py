@@ -100,12 +100,11 @@ def brake_fields() -> str:
 
 def brake_effects() -> str:
     """The effects that a brake may state: their laws, and where they apply."""
-    rows, texts = [], tomllib.loads((DOCS / "effects.toml").read_text("utf-8"))
+    rows = []
     for effect in BUILT_IN:
         answers = ("yes" if answer else "no" for answer in (effect.in_kernel, effect.in_fmu))
-        words = texts[effect.table]
-        rejected = ", ".join(words.get("rejected_by", ())) or NOTHING
-        rows.append(row(words["title"], words["condition"], words["law"], rejected, *answers))
+        rejected = ", ".join(effect.rejected_by) or NOTHING
+        rows.append(row(effect.title, effect.condition, effect.law, rejected, *answers))
     further = "[Other packages](file-format.md#effects-of-other-packages)"
     law = r"$\mu$ times a factor of vacuum, slip and speed"
     rows.append(row(further, "`[effects.NAME]`", law, NOTHING, "if the package says so", "no"))

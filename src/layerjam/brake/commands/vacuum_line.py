@@ -1,6 +1,5 @@
 """`rise`: rise and fall of the vacuum in a line."""
 
-from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from layerjam.brake.commands.arguments import Atmosphere, Target, check_vacuum
@@ -13,6 +12,8 @@ from layerjam.core.errors import Notice
 from layerjam.core.units import show
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
     from layerjam.brake.fluid.closed_forms import Filling
     from layerjam.brake.fluid.network import Response
     from layerjam.core.drawing.chart import Pane

@@ -21,6 +21,13 @@ class BuiltInEffect(Effect, ABC):
     """An effect that is stated by keys of a brake file, outside [effects]."""
 
     table: ClassVar[str] = ""  # type: ignore[misc]
+    title: ClassVar[str]
+    condition: ClassVar[str]
+    """Keys of a brake file that state the effect, for the docs."""
+    law: ClassVar[str]
+    """Equation, for the docs."""
+    rejected_by: ClassVar[tuple[str, ...]] = ()
+    """Calculations that do not have the effect, for the docs."""
     is_fitted: ClassVar[bool] = False
     """Whether a calibration fits the effect."""
     is_proportional: ClassVar[bool] = True
@@ -34,6 +41,9 @@ class PressureExponent(BuiltInEffect):
     """Friction coefficient that changes with a power of the pressure on the sheets (ours)."""
 
     table = "pressure_exponent"
+    title = "[Dependence on pressure](#friction-of-the-sheets)"
+    condition = "`pressure_exponent`, `test_pressure`"
+    law = r"$\mu (P/P_\text{test})^m$"
     is_fitted = True
     is_proportional = False
     in_kernel = in_fmu = True
@@ -62,6 +72,9 @@ class VacuumShare(BuiltInEffect):
     """Vacuum that does not reach the middle of the stack (ours)."""
 
     table = "vacuum_share"
+    title = "[Share of the vacuum](#friction-of-the-sheets)"
+    condition = "`vacuum_share`"
+    law = "$s P$ instead of $P$ on the sheets"
     in_kernel = in_fmu = True
 
     def is_stated(self, brake: Brake) -> bool:
@@ -81,6 +94,10 @@ class SpeedDependence(BuiltInEffect):
     """Kinetic friction that depends on the sliding speed (ours)."""
 
     table = "speed_law"
+    title = "[Dependence on speed](#friction-of-the-sheets)"
+    condition = "`[speed_law]` with a power above 0"
+    law = r"$\mu_\text{k} ((v_0 + v)/(v_0 + v_\text{test}))^n$"
+    rejected_by = ("a stretched hyperelastic enclosure", "`calibrate --depth bayesian`")
     is_fitted = True
     depends_on_speed = True
 
@@ -135,6 +152,9 @@ class Ageing(BuiltInEffect):
     """Static friction that grows while the sheets rest (ours)."""
 
     table = "film.ageing"
+    title = "[Ageing](#friction-of-the-sheets)"
+    condition = "`film.ageing`, `film.static_hold`"
+    law = r"$\mu_\text{s} + B \log_{10}(t/t_0)$, static friction only"
     in_kernel = in_fmu = True
 
     def is_stated(self, brake: Brake) -> bool:
@@ -150,6 +170,13 @@ class Rubber(BuiltInEffect):
     """Enclosure with a hyperelastic law instead of a single modulus (ours)."""
 
     table = "hyperelastic"
+    title = "[Hyperelastic enclosure](#a-hyperelastic-enclosure)"
+    condition = "`[hyperelastic]`"
+    law = r"$x/2 = W^\ast(N)/q$"
+    rejected_by = (
+        "a vacuum that falls or changes during a stop", "damping of the rope", "`tune`", "`vacuum`",
+        "`stick-slip`", "a speed law", "`tensile --model stack`", "`calibrate`",
+    )  # fmt: skip
     changes_enclosure = True
 
     def is_stated(self, brake: Brake) -> bool:
@@ -174,7 +201,10 @@ class Softening(Rubber):
     """Rubber that is softer after its first loading (Ogden and Roxburgh 1999)."""
 
     table = "hyperelastic.softening_r"
+    title = "[Softening](#a-hyperelastic-enclosure)"
+    condition = "`softening_r`, `softening_m`, `softening_beta` in `[hyperelastic]`"
     changes_enclosure = False  # the rubber law includes it
+    law = r"stress times $1 - \text{erf}((W_\text{max} - W)/(m + \beta W_\text{max}))/r$"
 
     def is_stated(self, brake: Brake) -> bool:
         """Return whether the law of the rubber includes its softening."""
@@ -192,6 +222,10 @@ class FanOut(BuiltInEffect):
     """Sheets without spacers, which press on each other (after Alarcon et al. 2016)."""
 
     table = "mount.spacers"
+    title = "[Sheets without spacers](#sheets-without-spacers-hold-themselves)"
+    condition = "`spacers = false` in `[mount]`"
+    law = r"$M = \int_0^1 e^{\alpha (1 - y^2)} \text{d}y$"
+    rejected_by = ("`stick-slip`", "`stribeck`", "`scenario seat-belt`", "`scenario ankle-clutch`")
     depends_on_slip = True
 
     def is_stated(self, brake: Brake) -> bool:
