@@ -58,6 +58,11 @@ class Curve(PullFeatures):
         name = Path(self.path).name
         return f"{name}, specimen {self.specimen}" if self.specimen else name
 
+    @property
+    def pull(self) -> PullFeatures:
+        """The curve itself, whose features were a record of their own in earlier versions."""
+        return self
+
 
 def crosshead_speed(trace: Trace) -> float | None:
     """Return the crosshead speed [m/s], stated or else recorded; None if unknown."""
