@@ -1,5 +1,6 @@
 """`rise`: rise and fall of the vacuum in a line."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from layerjam.brake.commands.arguments import Atmosphere, Target, check_vacuum
@@ -12,7 +13,7 @@ from layerjam.core.errors import Notice
 from layerjam.core.units import show
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from layerjam.brake.fluid.closed_forms import Filling
     from layerjam.brake.fluid.network import Response
