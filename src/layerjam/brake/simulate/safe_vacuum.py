@@ -7,13 +7,12 @@ import numpy.typing as npt
 
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.mechanics.arrays import map_leaves
-from layerjam.brake.mechanics.effects import depends_on_slip
-from layerjam.brake.mechanics.speed_effects import depends_on_speed
 from layerjam.brake.mechanics.stop.exact import NEVER_SLID, STOPPED, stop
 from layerjam.brake.mechanics.stop.motion import rope_spring
 from layerjam.brake.mechanics.stop.tune import tuned_stop
+from layerjam.brake.simulate.equivalent_stop import StopCase, make_linear, match_stop
 from layerjam.brake.simulate.prediction import SAMPLES, Prediction
-from layerjam.brake.simulate.tuned import FEW, Case
+from layerjam.brake.simulate.tuned import Case
 
 Array = npt.NDArray[np.float64]
 DECISION_SAMPLES = 4 * SAMPLES
@@ -35,19 +34,20 @@ class SafeVacuum(NamedTuple):
     share: float
 
 
-def count_samples(case: Case) -> int:
-    """Return the number of samples for a case; fewer if stop or work must be integrated."""
-    if depends_on_speed(case.brake):
-        return FEW
-    return SAMPLES if depends_on_slip(case.brake) else DECISION_SAMPLES
-
-
 def predict_decision(file: BrakeFile, case: Case, vacuum: float | None) -> Prediction:
     """Return the prediction on which the safe vacuum of a case rests, near a vacuum [Pa].
 
-    Mass and speed of the case are numbers.
+    Mass and speed of the case are numbers. If no law solves its stop for many brakes, its samples
+    are those of an equivalent brake, which stops alike at the vacuum.
     """
-    return Prediction(file, vacuum, case.travel, case.speed, samples=count_samples(case))
+    mass, speed, _, rope, gravity, brake = case.values_per_brake()
+    device = make_linear(brake, speed)
+    if vacuum is not None and device != brake:
+        stop_case = StopCase(mass, speed, vacuum, rope, gravity)
+        end = stop(*stop_case.arguments(brake))
+        device = match_stop(device, stop_case, float(end.slip), float(end.end_speed))
+    conditions = vacuum, case.travel, case.speed, device
+    return Prediction(file, *conditions, samples=DECISION_SAMPLES)
 
 
 def find_safe_vacuum(case: Case, prediction: Prediction, confidence: float) -> SafeVacuum:

@@ -1,8 +1,7 @@
 """Scatter of a stop: its numbers for samples of the brake's uncertain numbers.
 
-The exact law of friction that is linear in slip solves all samples at once. Any other stop, such as
-one at a changing vacuum, is replaced by an equivalent one of constant vacuum and linear friction.
-A factor of friction makes the brake slip as far as in that stop.
+The exact law of linear friction solves all samples at once. Any other stop is replaced by an
+equivalent one, whose numbers are scaled to those of the stop itself.
 """
 
 import math
@@ -15,11 +14,9 @@ import numpy.typing as npt
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.mechanics.arrays import map_leaves
-from layerjam.brake.mechanics.effects import remove_slip_effects, use_single_modulus
-from layerjam.brake.mechanics.speed_effects import fix_speed
 from layerjam.brake.mechanics.stop.exact import NOT_A_CASE, SNAPS, stop, time_at_slip
-from layerjam.brake.mechanics.stop.motion import rope_spring
 from layerjam.brake.simulate.drop import TimedStop
+from layerjam.brake.simulate.equivalent_stop import StopCase, make_linear, match_stop
 from layerjam.brake.simulate.prediction import Prediction
 from layerjam.brake.simulate.record import DropRecord, Outcome
 from layerjam.core.errors import Notice
@@ -27,8 +24,6 @@ from layerjam.core.evolve import evolve
 from layerjam.core.units import show
 
 Array = npt.NDArray[np.float64]
-FACTORS = 0.02, 50.0
-"""Range of the factor of friction of an equivalent stop."""
 FEW_TIMES = 250
 """Number of stopping times up to which each is exact."""
 TIME_STRIDE, TIME_TAIL = 8, 60
@@ -98,35 +93,17 @@ def spread_stop(file: BrakeFile, end: TimedStop, record: DropRecord, of_mean: bo
     """
     changes = bool(np.ptp(record.vacuum_in_time))
     vacuum = _weigh_vacuum(record) if changes else record.vacuum
-    linear = use_single_modulus(remove_slip_effects(fix_speed(record.speed / 2, file.brake)))
+    linear = make_linear(file.brake, record.speed)
     prediction = Prediction(file, vacuum, end.slip, record.speed, device=linear, of_mean=of_mean)
     if end.outcome not in ENDED:
         return StopSpread(prediction, {})
+    case = StopCase(record.mass, record.speed, vacuum, record.rope_stiffness, record.gravity)
     if changes or record.rope_damping or linear != file.brake:
-        device = _match_slip(linear, end, record, vacuum)
-        usual = _solve_stops(device, record, vacuum)
-        samples = _solve_stops(evolve(prediction, device=device).brakes, record, vacuum)
+        device = match_stop(linear, case, end.slip, end.end_speed)
+        usual = _solve_stops(device, case)
+        samples = _solve_stops(evolve(prediction, device=device).brakes, case)
         return StopSpread(prediction, _correct_samples(samples, usual, end, record))
-    return StopSpread(prediction, _solve_stops(prediction.brakes, record, vacuum))
-
-
-def _match_slip(brake: Brake, end: TimedStop, record: DropRecord, vacuum: float) -> Brake:
-    """Return the brake with a factor of friction that gives the slip and end speed of a stop."""
-    from scipy.optimize import brentq
-
-    def scale(level: float) -> Brake:
-        return evolve(brake, scale_factor=brake.scale_factor * math.exp(level))
-
-    def exceed(level: float) -> float:
-        result = stop(*_make_case(scale(level), record, vacuum))
-        # with less friction, first the slip rises to the usable travel, then the end speed
-        excess = float(result.slip - end.slip + result.end_speed - end.end_speed)
-        return -1.0 if math.isnan(excess) else excess  # so much friction that the brake snaps
-
-    low, high = map(math.log, FACTORS)
-    if exceed(0.0) == 0 or not exceed(low) > 0 > exceed(high):
-        return brake
-    return scale(brentq(exceed, low, high, xtol=1e-6))
+    return StopSpread(prediction, _solve_stops(prediction.brakes, case))
 
 
 def _correct_samples(
@@ -167,20 +144,14 @@ def _weigh_vacuum(record: DropRecord) -> float:
     return max(mean, 0.0)
 
 
-def _make_case(brakes: Brake, record: DropRecord, vacuum: float) -> tuple[Any, ...]:
-    """Return the arguments of `stop` for brakes with numbers of shape (N,) or ()."""
-    spring = rope_spring(record.rope_stiffness, brakes)
-    return record.mass, record.speed, vacuum, spring, record.gravity, brakes
-
-
-def _solve_stops(brakes: Brake, record: DropRecord, vacuum: float) -> dict[str, Array]:
+def _solve_stops(brakes: Brake, case: StopCase) -> dict[str, Array]:
     """Return the numbers of the exact stops of brakes, shape (N,)."""
-    *numbers, spring, gravity, brakes = _make_case(brakes, record, vacuum)
+    *numbers, _ = case.arguments(brakes)
     unit = np.ones(np.shape(brakes.scale_factor) or 1)
-    case = (*(value * unit for value in (*numbers, spring, gravity)), brakes)
-    end = stop(*case)
+    arguments = (*(value * unit for value in numbers), brakes)
+    end = stop(*arguments)
     has_snapped = (end.outcome == SNAPS) | (end.outcome == NOT_A_CASE)
-    values = {**end._asdict(), "time": _find_times(end, case)}
+    values = {**end._asdict(), "time": _find_times(end, arguments)}
     return {key: np.where(has_snapped, np.inf, values[name]) for key, name in KEYS.items()}
 
 
