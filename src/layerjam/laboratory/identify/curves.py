@@ -88,9 +88,9 @@ def recorded_speed(trace: Trace) -> float | None:
 
 def make_curve(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> Curve:
     """Return the curve of a pull at a vacuum [Pa], with speed and specimen from its `trace`."""
-    known: dict[str, Any] = {}
+    conditions: dict[str, Any] = {}
     if trace is not None:
-        known = {
+        conditions = {
             "speed": crosshead_speed(trace),
             "specimen": trace.specimen,
             "recorded_speed": recorded_speed(trace),
@@ -100,7 +100,7 @@ def make_curve(pull: PullFeatures, vacuum: float, trace: Trace | None = None) ->
             "turn": Turn(trace.start, trace.facts.repeat, trace.facts.mounting),
         }
     features = {f.name: getattr(pull, f.name) for f in fields(PullFeatures)}
-    return Curve(**features, vacuum=vacuum, **known)
+    return Curve(**features, vacuum=vacuum, **conditions)
 
 
 def make_curves(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Curve, ...]:

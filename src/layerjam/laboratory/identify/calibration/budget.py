@@ -72,8 +72,8 @@ class Budget:
         if not any(c.relative for c in self.contributions if not c.supply):
             return None, None, None
         parts = [(c.relative, c.degrees) for c in self.contributions]
-        known = [(u, degrees) for u, degrees in parts if u is not None]
-        return (*combine_uncertainties(known), coverage_factor(known))
+        terms = [(u, degrees) for u, degrees in parts if u is not None]
+        return (*combine_uncertainties(terms), coverage_factor(terms))
 
     @property
     def standard_uncertainty(self) -> float | None:
