@@ -10,7 +10,7 @@ change faster than pump and vent allow.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -184,16 +184,18 @@ def follow(
     return Following(loop, wanted, force, slip, is_held & can_follow, (*reasons, *slew_reasons))
 
 
-class ForceSpread(NamedTuple):
+@brief
+@dataclass(frozen=True, eq=False)
+class ForceSpread:
     """Scatter of a followed force, for samples of the true brake."""
 
-    errors: dict[str, Array]
+    errors: dict[str, Array] = field(repr=False)
     """Samples of the errors [N], by the keys of `follow`."""
-    time: Array
+    time: Array = field(repr=False)
     """Some of the times of the run [s], shape (K,)."""
-    low: Array
+    low: Array = field(repr=False)
     """Ends of the 95 % interval of the force at these times [N]."""
-    high: Array
+    high: Array = field(repr=False)
     is_tested: Mask
     """Whether tests of the brake cover these times."""
 

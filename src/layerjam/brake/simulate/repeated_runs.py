@@ -11,8 +11,10 @@ from layerjam.brake.mechanics.arrays import map_leaves
 from layerjam.brake.simulate.prediction import Deviations, Prediction, change_numbers
 
 Array = npt.NDArray[np.float64]
+FRICTION_LEVELS = (0.005, 0.025, 0.5, 0.975, 0.995)
+"""Quantiles of the friction at which a run is repeated."""
 LEVELS = (0.025, 0.5, 0.975)
-"""Quantiles of an uncertain number at which a run is repeated."""
+"""Quantiles of stiffness, enclosure force and static friction at which it is repeated."""
 
 
 def interpolate_samples(
@@ -48,7 +50,8 @@ def interpolate_samples(
         for key, value in usual.items()
     }
     for name, values in changes.items():
-        nodes = np.unique(prediction.quantiles(values, LEVELS))
+        levels = FRICTION_LEVELS if name == "scale_factor" else LEVELS
+        nodes = np.unique(prediction.quantiles(values, levels))
         if np.ptp(nodes) == 0:
             continue
         runs = [
