@@ -35,8 +35,18 @@ CASES = {
 }
 
 
+COMPILED = ("without spacers", "with a damped rope")
+"""Stops that JAX compiles for half a minute."""
+
+
 @pytest.mark.usefixtures("without_speed_scatter")
-@pytest.mark.parametrize("stops", STOPS_WITHOUT_A_LAW)
+@pytest.mark.parametrize(
+    "stops",
+    [
+        *(pytest.param(name, marks=pytest.mark.slow) for name in COMPILED),
+        *(name for name in STOPS_WITHOUT_A_LAW if name not in COMPILED),
+    ],
+)
 def test_ends_of_stops_without_a_law_are_the_stops_of_these_brakes(stops):
     """All numbers change in one direction with the scale factor, so its quantiles give the ends."""
     sd, case = 0.1, {"vacuum": 60e3, **DROP, **CASES.get(stops, {})}
