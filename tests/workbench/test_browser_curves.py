@@ -208,13 +208,19 @@ def test_a_move_of_a_slider_sends_no_element(tab, workbench, name, slider, setti
     opened(tab, workbench, name, settings)
     tab.evaluate("window.sent = []; socket.onAny((name, what) => sent.push([name, what]))")
     tab.locator(f"{at(slider)} [tabindex='0']").first.focus()
-    for move in range(1, 5):
-        tab.keyboard.press("ArrowRight")
-        tab.wait_for_function(
-            "move => sent.filter(([kind, what]) => kind === 'run_javascript'"
-            " && what.code.startsWith('layerjamLive')).length >= move",
-            arg=move,
-            timeout=LONG,
-        )
+
+    def move(count):
+        for answers in range(1, count + 1):
+            tab.keyboard.press("ArrowRight")
+            tab.wait_for_function(
+                "answers => sent.filter(([kind, what]) => kind === 'run_javascript'"
+                " && what.code.startsWith('layerjamLive')).length >= answers",
+                arg=answers,
+                timeout=LONG,
+            )
+
+    move(1)  # its answer comes after all that the start of the page has sent
+    tab.evaluate("sent.length = 0")
+    move(4)
     tab.wait_for_timeout(300)
     assert [what for kind, what in tab.evaluate("sent") if kind == "update"] == []
