@@ -16,7 +16,8 @@ class Worn(ChildEnds):
     one_in = 1000
     kinds = ("changed", "lost", "doubled")
 
-    def __post_init__(self) -> None:
+    def __init__(self, *parts: Any) -> None:
+        super().__init__(*parts)
         self.draw = random.Random(24)
         self.passed = self.spoilt = 0
 
