@@ -48,6 +48,7 @@ NAMED = {
     ("validate", "accept"): "a validation on the page writes no file",
     ("design", "accept"): "a design whose check failed is not put on the desk",
     ("design", "number"): "a click on the front selects the design that is put on the desk",
+    ("design", "interval"): "the page chooses the next brake to build, and shows its interval",
     ("report", "live"): "the page Brake saves a page that computes the brake",
     ("lab", "example"): "the practice files are the built-in campaign",
     ("lab", "seed"): "the practice files are the built-in campaign",
