@@ -120,7 +120,8 @@ def draw_profile(
         style.add_band(axes, spread.time, spread.low, spread.high, GREY, 0.35)
         is_tested = np.interp(run.time, spread.time, spread.is_tested) > 0.5
     for part, dash in ((is_tested, "-"), (~is_tested, style.DASHED)):
-        axes.plot(run.time, np.where(part, run.force, np.nan), color=INK, lw=1.1, ls=dash)
+        if part.any():
+            axes.plot(run.time, np.where(part, run.force, np.nan), color=INK, lw=1.1, ls=dash)
     names: list[tuple[Any, ...]] = [("target", GREEN), ("actual", INK)]
     names += [] if is_tested.all() else [("not tested", INK, style.DASHED)]
     names += [] if spread is None else [("95 %", GREY)]
