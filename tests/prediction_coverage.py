@@ -34,7 +34,7 @@ from layerjam.brake.mechanics.pull import peak  # noqa: E402
 from layerjam.brake.mechanics.stop.exact import BOTTOMED_OUT, stop  # noqa: E402
 from layerjam.brake.mechanics.stop.motion import rope_spring  # noqa: E402
 from layerjam.brake.simulate.prediction import Prediction  # noqa: E402
-from layerjam.brake.simulate.safe_vacuum import count_samples, find_safe_vacuum  # noqa: E402
+from layerjam.brake.simulate.safe_vacuum import DECISION_SAMPLES, find_safe_vacuum  # noqa: E402
 from layerjam.brake.simulate.tuned import Case as Stopping  # noqa: E402
 from layerjam.brake.simulate.tuned import tuning_vacuum  # noqa: E402
 from layerjam.core.evolve import evolve  # noqa: E402
@@ -213,7 +213,7 @@ def tune(file: BrakeFile, mass: float, speed: float) -> float | None:
     vacuum = tuning_vacuum(case)
     if vacuum is None:
         return None
-    prediction = Prediction(file, vacuum, TRAVEL, speed, samples=count_samples(case))
+    prediction = Prediction(file, vacuum, TRAVEL, speed, samples=DECISION_SAMPLES)
     return find_safe_vacuum(case, prediction, 0.95).vacuum
 
 
