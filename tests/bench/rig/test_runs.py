@@ -64,15 +64,9 @@ def record(folder: Path) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def answered(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """What a run answers."""
-    return record(tmp_path_factory.mktemp("run"))
-
-
-@pytest.fixture(scope="module")
-def recorded(answered: dict[str, Any]) -> Path:
-    """Its file."""
-    return Path(answered["file"])
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of a run."""
+    return Path(record(tmp_path_factory.mktemp("run"))["file"])
 
 
 def test_a_run_says_what_was_done(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
