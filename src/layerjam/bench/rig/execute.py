@@ -301,13 +301,16 @@ class Execution:
             self.bench.target = 0.0
             if self.crosshead is not None:
                 self.crosshead.end_move(self.bench)
-            shots, end = self.shots, self.recorder.now + LAST * 1e6
+            shots, recorder = self.shots, self.recorder
+            last, boot, end = self._last_sample(), recorder.boot, recorder.now + LAST * 1e6
             if shots is not None:
-                shots.finish_capture(self.recorder)
-            while self.recorder.now < end or (shots is not None and shots.is_recording):
-                self.recorder.pause(self.recorder.record_block(self._read_positions))
+                shots.finish_capture(recorder)
+            while recorder.now < end or (shots is not None and shots.is_recording):
+                recorder.pause(recorder.record_block(self._read_positions))
+                if recorder.seq <= last and recorder.boot == boot:
+                    end = recorder.now + LAST * 1e6  # samples from before the outputs were off
                 if shots is not None:
-                    shots.poll_capture(self.recorder)
+                    shots.poll_capture(recorder)
         except LayerjamError:
             # if the connection is lost, the lease acts; if the disk is full, nothing more can be
             # stored
