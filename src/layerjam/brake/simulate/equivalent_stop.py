@@ -1,8 +1,8 @@
-"""A stop of linear friction that stands for one that no law solves for many brakes at once.
+"""A stop with linear friction that replaces one that no law solves for many brakes at once.
 
 Sheets without spacers, a speed law, rubber, a damped rope and a changing vacuum need a quadrature
-or steps in time for each brake. A factor of friction makes the brake with linear friction slip as
-far at constant vacuum. Its exact law then solves brakes with other numbers.
+or time steps for each brake. A factor of friction makes a brake with linear friction slip as far at
+constant vacuum. The exact law of that brake then solves many with other numbers.
 """
 
 import math

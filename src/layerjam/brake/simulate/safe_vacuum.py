@@ -37,8 +37,8 @@ class SafeVacuum(NamedTuple):
 def predict_decision(file: BrakeFile, case: Case, vacuum: float | None) -> Prediction:
     """Return the prediction on which the safe vacuum of a case rests, near a vacuum [Pa].
 
-    Mass and speed of the case are numbers. If no law solves its stop for many brakes, its samples
-    are those of an equivalent brake, which stops alike at the vacuum.
+    Mass and speed of the case are numbers. If no law solves its stop for many brakes, the samples
+    are those of a brake with linear friction that slips as far at this vacuum.
     """
     mass, speed, _, rope, gravity, brake = case.values_per_brake()
     device = make_linear(brake, speed)
