@@ -73,6 +73,17 @@ MOST_RERUNS = 3
 BROWSER = {"tab", "chromium", "workbench"}
 """Fixtures that start a browser or a server; a test with one is marked `browser` and `timing`."""
 
+QUICK = "not slow"
+"""Choice of tests that compile for seconds and compute for milliseconds."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Compile without optimizing in the quick tests; the long ones compile as users do."""
+    if config.option.markexpr.startswith(QUICK):
+        jax.config.update("jax_disable_most_optimizations", True)
+        os.environ["JAX_DISABLE_MOST_OPTIMIZATIONS"] = "1"
+
+
 BOARD = "tests/bench/rig/"
 """Folder of the tests with a virtual board in a process of its own."""
 
