@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import asynccontextmanager
 
 from nicegui.testing import user_simulation
 
 from layerjam.workbench.pages.all import Tab
-from layerjam.workbench.shell import build_frame
+from layerjam.workbench.shell import DARK, build_frame
+
+LIGHT = {re.compile(r".*" + re.escape(DARK)): lambda _: False}
+"""Answer of a browser with a light page, for which the frame waits two seconds else."""
 
 
 @asynccontextmanager
@@ -26,5 +30,6 @@ async def standing(kind, link=""):
 
     tab = Only(kind.name, kind.__name__, "")
     async with user_simulation(lambda: build_frame(link, [tab], lambda: None)) as user:
+        user.javascript_rules |= LIGHT
         await user.open("/")
         yield user, pages

@@ -15,6 +15,7 @@ from layerjam.workbench.preparation import Preparation
 from layerjam.workbench.shell import build_frame
 
 from .conftest import running
+from .standing import LIGHT
 
 
 def test_each_step_is_done_once_and_named() -> None:
@@ -41,6 +42,7 @@ def test_the_frame_and_the_page_appear_while_the_first_result_is_prepared() -> N
 
     async def use() -> None:
         async with user_simulation(lambda: build_frame("", TABS, preparation)) as user:
+            user.javascript_rules |= LIGHT
             await user.open("/")
             await user.should_see("layerjam")
             await user.should_see("Preparing, ")
