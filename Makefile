@@ -10,7 +10,7 @@ EMULATOR := $(VENV)/emulator
 INSTRUMENTS := $(VENV)/instruments
 PACKAGERS := $(VENV)/packagers
 
-.PHONY: demo test slow long browser bench bench-checks interop electronics firmware firmware-checks docs pictures lint mutants coverage \
+.PHONY: demo test slow long browser bench bench-checks interop electronics firmware firmware-checks docs pictures lint mutants sanitize coverage \
   alarms fuzz campaigns versions windows dist lock clean
 .DELETE_ON_ERROR:
 
@@ -59,6 +59,14 @@ lint: $(STAMP)
 # The share of 200 random changes of the code that the quick tests notice: `make mutants SEED=101`.
 mutants: $(STAMP)
 	$(BIN)/python tests/mutants.py --sample 200 $(if $(SEED),--seed $(SEED))
+
+# The C kernel, compiled with checks of addresses and of undefined behaviour, under its tests.
+CHECKED = -g -fsanitize=address,undefined -fno-sanitize-recover=all
+sanitize: $(STAMP)
+	CC="gcc $(CHECKED)" ASAN_OPTIONS=detect_leaks=0 XDG_CACHE_HOME=$(CURDIR)/out/sanitize \
+	  LD_PRELOAD="$$(gcc -print-file-name=libasan.so) $$(gcc -print-file-name=libubsan.so)" \
+	  $(BIN)/python -m pytest -q tests/brake/kernel tests/bench/control/test_closed_loop.py \
+	  tests/bench/control/test_c_program.py tests/workshop/figures tests/brake/simulate/test_stack.py
 
 # The share of virtual campaigns whose 95 % intervals hold the truth, into docs/coverage.md.
 coverage: $(STAMP)

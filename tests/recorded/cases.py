@@ -1,0 +1,219 @@
+"""Questions whose answers are recorded: {name: (command, arguments)}, and how one is answered."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import layerjam as lj
+
+K, P, F, Y = (
+    "choi2018-kapton",
+    "choi2018-ptfe",
+    "choi2018-ptfe-fiberglass",
+    "choi2018-polyester",
+)
+OWN = ("aged.toml", "exponent.toml", "fan.toml", "speed-law.toml")
+WINDOW = {"start": "15 mm", "end": "45 mm"}
+PULL = {"vacuum": "52 kPa", "speed": "7 mm/s"}
+STOP = {"mass": "1.3 kg", "travel": "35 mm"}
+PULLS = tuple(f"lab/pull_k_{v}kPa_7mms_{n}.{e}" for v in (40, 80) for n, e in
+              ((1, "csv"), (2, "TRA"), (3, "txt")))  # fmt: skip
+HELD = tuple(f"lab/friction_k_hold{h}s_{n}.{e}" for h, n, e in
+             ((10, 1, "csv"), (10, 2, "TRA"), (100, 1, "txt"), (100, 2, "csv"),
+              (1000, 1, "TRA"), (1000, 2, "txt")))  # fmt: skip
+Question = tuple[str, tuple[Any, ...], dict[str, Any]]
+
+
+def ask(command: str, *subjects: Any, **options: Any) -> Question:
+    return command, subjects, options
+
+
+def brake_questions() -> dict[str, Question]:
+    """Force, stops, pulls and limits of shipped brakes and of brakes with one effect each."""
+    made: dict[str, Question] = {}
+    for brake in (K, P, F, Y, *OWN):
+        speed = {"sliding_speed": "20 mm/s"} if "speed" in brake else {}
+        own = "-".join(brake.split(".")[:1])
+        made[f"force {own}"] = ask("force", brake, slip=[0, 0.013, 0.04], vacuum="61 kPa", **speed)
+        made[f"vacuum {own}"] = ask("vacuum", brake, slip="7 mm", force="40 N", **speed)
+        made[f"show {own}"] = ask("show", brake)
+        if "speed" not in brake:
+            made[f"tune {own}"] = ask("tune", brake, speed="1.4 m/s", **STOP)
+            made[f"drop {own}"] = ask("drop", brake, mass="1.3 kg", height="90 mm", vacuum="70 kPa")
+            made[f"tensile {own}"] = ask(
+                "tensile", brake, vacuum="52 kPa", speed="7 mm/s", elongation="22 mm"
+            )
+    made |= {
+        "force thin air": ask("force", K, slip="9 mm", vacuum="40 kPa", atmosphere="80 kPa"),
+        "force mean": ask("force", K, slip="9 mm", vacuum="40 kPa", interval="mean"),
+        "tune heights": ask("tune", P, height="120 mm", confidence=0.9, **STOP),
+        "tune flat": ask("tune", K, speed="1.1 m/s", horizontal=True, rope_stiffness="9 kN/m",
+                         **STOP),
+        "drop tuned": ask("drop", K, speed="1.5 m/s", vacuum="tuned", allowed_rise="9 K", **STOP),
+        "drop bare": ask("drop", K, speed="1.5 m/s", no_brake=True, mass="1.3 kg",
+                         rope_stiffness="5 kN/m"),
+        "drop felt": ask("drop", K, speed="2 m/s", vacuum="90 kPa", mass="1.3 kg",
+                         accelerometer="adxl193"),
+        "tensile shared": ask("tensile", P, elongation="9 mm", **PULL, vacuum_share=0.9),
+        "tensile stack": ask("tensile", P, elongation="9 mm", **PULL, model="stack"),
+        "tensile scatter": ask("tensile", P, elongation="9 mm", **PULL, model="stack",
+                               scatter=0.05, samples=4, seed=3),
+        "bend": ask("bend", K, vacuum="60 kPa", angle="40 deg", radius="40 mm"),
+        "bend free": ask("bend", P, vacuum="60 kPa", angle="70 deg", slip="12 mm",
+                         radius="50 mm", limb_friction=0.3),
+        "array": ask("array", K, parallel=3, series=2, vacuum="60 kPa", until="70 mm"),
+        "compare": ask("compare", K, P, F, vacuum="70 kPa"),
+    }  # fmt: skip
+    return made
+
+
+def bench_questions() -> dict[str, Question]:
+    """Evacuation, control and plans on the paper's vacuum line, and logs of chambers."""
+    line, safe = "choi2018", {"safe_state": "release", "sensor_range": "103 kPa"}
+    made = {
+        f"rise {fluid}": ask("rise", line, target="70 kPa", fluid=fluid)
+        for fluid in ("air", "water")
+    }
+    made |= {
+        f"regulate {kind}": ask("regulate", line, target="55 kPa", kind=kind, duration="6 s",
+                                noise="50 Pa", seed=4, **safe)
+        for kind in ("bang-bang", "pi")
+    }  # fmt: skip
+    made |= {
+        "regulate water": ask("regulate", line, target="40 kPa", fluid="water", duration="8 s",
+                              sample_time="20 ms", **safe),
+        "follow steps": ask("follow", line, P, profile="step", low="10 N", high="40 N",
+                            period="4 s", duration="8 s", speed="2 mm/s", seed=2, **safe),
+        "plan leaking": ask("plan", line, P, mass="0.8 kg", speed="0.9 m/s", warning="2 s",
+                            travel="50 mm", mass_sd="0.1 kg", horizontal=True, confidence=0.9),
+        "regulate fault": ask("regulate", line, target="40 kPa", fault="leak", fault_at="3 s",
+                              duration="8 s", **safe),
+        "follow": ask("follow", line, K, profile="sine", low="20 N", high="70 N", period="10 s",
+                      duration="10 s", speed="1 mm/s", **safe),
+        "plan": ask("plan", line, K, mass="1 kg", speed="1 m/s", warning="1 s", travel="50 mm",
+                    mass_sd="0.1 kg", speed_sd="0.05 m/s"),
+        "leak": ask("leak", "leak.csv", volume="0.2 l", temperature="25 degC"),
+        "pump-down": ask("pump-down", "alone.csv", with_volume="larger.csv",
+                         added_volume="0.1 l"),
+        "crash": ask("crash", "crash.csv", filter_class="CFC60", hic="15 ms"),
+        "parts": ask("parts"),
+    }  # fmt: skip
+    return made
+
+
+def laboratory_questions() -> dict[str, Question]:
+    """What files of a virtual laboratory with faults of its machine say."""
+    return {
+        "pull": ask("pull", list(PULLS)),
+        "pull window": ask("pull", list(PULLS[1:2]), end="3 s"),
+        "friction": ask("friction", list(HELD[:2]), **WINDOW, brake=K, out="tested.toml"),
+        "friction window": ask("friction", list(HELD[2:4]), **WINDOW),
+        "ageing": ask("ageing", list(HELD), **WINDOW, brake=K, out="old.toml"),
+        "calibrate": ask("calibrate", K, list(PULLS[:3]), out="calibrated.toml"),
+        "calibrate alone": ask("calibrate", K, list(PULLS[:1])),
+        "calibrate enough": ask("calibrate", K, list(PULLS), within=0.01),
+        "calibrate left out": ask("calibrate", K, list(PULLS), exclude=[PULLS[1]], because="t"),
+        "calibrate curves": ask("calibrate", K, list(PULLS), depth="curves"),
+        "validate": ask("validate", K, list(PULLS[3:])),
+        "enclosure": ask("enclosure", ["silicone.csv"], area="20 mm^2", gauge_length="33 mm",
+                         brake=K, hyperelastic=True, out="soft.toml"),
+        "publish": ask("publish", "lab", out="published", brake=K, friction=list(HELD[:2]),
+                       **WINDOW, calibrate_on=list(PULLS[:3]), validate=list(PULLS[3:]),
+                       title="t"),
+    }  # fmt: skip
+
+
+def workshop_questions() -> dict[str, Question]:
+    """Designs, and the files of a build."""
+    return {
+        "design": ask("design", "grip.toml", out="grip-brake.toml"),
+        "sweep": ask("sweep", "grip.toml", out="sweep"),
+        "build": ask("build", K, out="built"),
+        "build array": ask("build", P, out="two", parallel=2, kerf="0.2 mm", cutter="laser"),
+        "scenario": ask("scenario", "neck-guard"),
+        "export-c": ask("export-c", K, out="c"),
+    }
+
+
+QUESTIONS = brake_questions() | bench_questions() | laboratory_questions() | workshop_questions()
+OMITTED = ("fingerprint", "made_by", "version", "seconds", "versions", "hash", "digest", "sha256")
+"""Keys that change with each version or run."""
+NUMBER = re.compile(r"(?<![\w.#-])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.-])")
+COUNTED = (".svg", ".csv", ".toml", ".html", ".md", ".txt", ".c", ".h", ".json")
+
+
+def answer(question: Question) -> dict[str, float | str]:
+    """Return {path of a key: number or word} of a result, and of the files it has written."""
+    name, subjects, options = question
+    command = lj
+    for part in name.replace("-", "_").split():
+        command = getattr(command, part)
+    try:
+        result = command(*subjects, **options)
+    except lj.LayerjamError as error:
+        return {"error": type(error).__name__}
+    made = flatten(json.loads(result.json()))
+    try:
+        table = result.to_frame()
+    except (lj.LayerjamError, AttributeError):
+        table = {}
+    for column in table:
+        if getattr(table[column], "dtype", None) == np.float64:
+            made |= sums(list(table[column]), f"table {column}")
+    for place in [Path(options["out"])] if "out" in options else []:
+        for file in sorted(place.rglob("*")) if place.is_dir() else [place]:
+            if file.suffix in COUNTED and file.is_file():
+                made |= summary(file, file.relative_to(place).as_posix())
+    return made
+
+
+def flatten(value: Any, path: str = "") -> dict[str, float | str]:
+    """Return the numbers and short words of nested JSON; a long list by its sums."""
+    if isinstance(value, Mapping):
+        parts = {key: flatten(v, f"{path}.{key}") for key, v in value.items() if key not in OMITTED}
+        return {key: v for part in parts.values() for key, v in part.items()}
+    if isinstance(value, list):
+        numbers = [v for v in value if isinstance(v, int | float) and not isinstance(v, bool)]
+        if len(numbers) > 8:
+            return sums(numbers, path)
+        if len(value) > 3 and all(isinstance(one, Mapping) for one in value):
+            return sums_of_rows([flatten(one) for one in value], path)
+        return {k: v for i, one in enumerate(value) for k, v in flatten(one, f"{path}.{i}").items()}
+    if isinstance(value, bool) or value is None:
+        return {path: str(value)}
+    if isinstance(value, int | float):
+        return {path: float(value)}
+    return {path: value} if re.fullmatch(r"[\w-]{1,30}", value) else {}
+
+
+def sums_of_rows(rows: list[dict[str, float | str]], path: str) -> dict[str, float | str]:
+    """Return the sums of each column of some rows."""
+    columns: dict[str, list[float]] = {}
+    for row in rows:
+        for key, value in row.items():
+            if isinstance(value, float):
+                columns.setdefault(key, []).append(value)
+    return {k: v for key, col in columns.items() for k, v in sums(col, path + key).items()}
+
+
+def sums(numbers: list[float], path: str) -> dict[str, float | str]:
+    """Return the count of some numbers, their sum of sizes, and one with weights by place."""
+    finite = [x for x in numbers if math.isfinite(x)]
+    return {
+        f"{path}.count": float(len(numbers)),
+        f"{path}.sizes": math.fsum(map(abs, finite)),
+        f"{path}.places": math.fsum(x * (1 + i / len(finite)) for i, x in enumerate(finite)),
+    }
+
+
+def summary(file: Path, name: str) -> dict[str, float | str]:
+    """Return sums over the numbers in a file of text."""
+    text = file.read_text("utf-8", "replace")
+    return sums([float(x) for x in NUMBER.findall(text)], f"file {name}")

@@ -1,0 +1,124 @@
+"""Files that the recorded results are computed from: brakes, a virtual campaign, and logs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+import layerjam as lj
+from layerjam.brake.device.load import load
+
+EFFECTS = {
+    "aged": {"ageing": 0.02, "static_hold": 10.0},
+    "exponent": {"pressure_exponent": -0.1, "test_pressure": 3.9e3},
+    "fan": {"spacers": False},
+    "speed-law": {
+        "speed_law_power": 0.05,
+        "speed_law_test_speed": 7e-3,
+        "speed_law_rest_speed": 1e-4,
+    },
+}
+CAMPAIGN = """
+seed = 5
+[[brakes]]
+brake = "choi2018-kapton"
+label = "k"
+scale_factor = 0.92
+stiffness = "120 kN/m"
+enclosure_factor = 1.1
+static = 0.31
+kinetic = 0.235
+ageing = 0.02
+[pulls]
+vacuums = ["40 kPa", "80 kPa"]
+speeds = ["7 mm/s"]
+repeats = 3
+travel = "25 mm"
+unload = "3 mm"
+[friction]
+repeats = 2
+holds = ["10 s", "100 s", "1000 s"]
+sampling_rate = "50 Hz"
+travel = "60 mm"
+force_offset = "20 mN"
+stick_slip = "10 mN"
+[machine]
+sampling_rate = "100 Hz"
+force_offset = "0.4 N"
+force_drift = "5 mN/s"
+compliance = "0.2 um/N"
+jitter = "0.5 ms"
+repeated_stamps = 0.003
+overshoot = 0.05
+seating = "0.2 mm"
+warming = "2 K"
+zero_per_kelvin = "20 mN"
+[files]
+layouts = ["bluehill", "testxpert", "mts"]
+[practice]
+cut_off = 0
+"""
+DESIGN = """
+name = "grip"
+brake = "choi2018-kapton"
+line = "choi2018"
+constraints = ["holding_force >= 250 N", "mass <= 30 g", "stress_margin >= 2"]
+objectives = ["minimise mass", "maximise energy_capacity"]
+weights = [2, 1]
+[[film]]
+use = "choi2018-kapton"
+thickness = ["25.4 um", "50.8 um", "76.2 um"]
+[vary]
+count = { from = 9, to = 31, step = 2 }
+width = ["12 mm", "16 mm", "20 mm", "24 mm"]
+overlap = ["40 mm", "60 mm", "80 mm"]
+vacuum = ["60 kPa", "94.5 kPa"]
+"""
+
+
+def write_brakes(folder: Path) -> None:
+    """Write the Kapton brake with one effect each."""
+    for name, fields in EFFECTS.items():
+        brake = load("choi2018-kapton").with_(**fields)
+        (folder / f"{name}.toml").write_text(brake.text, encoding="utf-8")
+
+
+def write_columns(path: Path, header: str, *columns: object) -> None:
+    table = np.column_stack([np.asarray(column, float) for column in columns])
+    rows = [",".join(f"{value:.6g}" for value in row) for row in table]
+    path.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
+
+
+def write_logs(folder: Path) -> None:
+    """Write logs of a leak, two evacuations, a crash and a pull of silicone, without noise."""
+    ripple = 3e-4 * np.sin(np.arange(400) ** 2)
+    time = np.linspace(0, 60, 400)
+    leak = 101.325 - 80 * np.exp(-time / 200) + 30 * ripple
+    write_columns(folder / "leak.csv", "time (s),pressure (kPa abs)", time, leak)
+    for name, volume in (("alone", 1.0), ("larger", 1.6)):
+        clock = np.linspace(0, 20, 400)
+        pressure = 8 + 93.325 * np.exp(-clock / (3 * volume)) + 30 * ripple
+        write_columns(folder / f"{name}.csv", "time (s),pressure (kPa abs)", clock, pressure)
+    clock = np.arange(400) / 2000
+    pulse = np.where((clock > 0.05) & (clock < 0.12), 30 * np.sin((clock - 0.05) / 0.07 * np.pi), 0)
+    write_columns(folder / "crash.csv", "time (s),acceleration (g)", clock, pulse + 20 * ripple)
+    strain = np.linspace(0, 4, 400)
+    stretch = 1 + strain
+    stress = 2 * (stretch - stretch**-2) * (0.012 + 2e-4 * (stretch**2 + 2 / stretch - 3))
+    write_columns(
+        folder / "silicone.csv",
+        "extension (mm),load (N)",
+        33 * strain,
+        20 * stress + 0.02 * ripple,
+    )
+
+
+def write_files(folder: Path) -> None:
+    """Write everything into a new folder."""
+    folder.mkdir()
+    write_brakes(folder)
+    write_logs(folder)
+    (folder / "campaign.toml").write_text(CAMPAIGN, encoding="utf-8")
+    (folder / "grip.toml").write_text(DESIGN, encoding="utf-8")
+    lj.lab(folder / "campaign.toml", out=folder / "lab")
