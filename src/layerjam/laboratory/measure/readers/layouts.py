@@ -7,6 +7,7 @@ in the user's file. The program's own header is blanked; names and units are joi
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from layerjam.core.plugins import list_plugins, load_plugin
 from layerjam.laboratory.measure.readers.unit_words import convert_unit, force_unit_for
@@ -171,9 +172,9 @@ def move_units_to_header(data: bytes) -> Layout:
     if not any(map(_HAS_UNIT.search, head[:200])):
         return Layout(data)
     for mark in (b"\t", b";", b",", b"|"):
+        cells = [line.rstrip(b"\r").split(mark) for line in head]
         for number in range(len(head) - _FEWEST):
-            rows = [line.split(mark) for line in head[number + 1 : number + 1 + _FEWEST]]
-            names = head[number].rstrip(b"\r").split(mark)
+            names, *rows = cells[number : number + 1 + _FEWEST]
             if len(names) > 1 and all(len(row) == len(names) for row in rows):
                 units = [_find_cell_unit([row[i] for row in rows]) for i in range(len(names))]
                 if any(units) and not any(map(_match_cell, names)):
@@ -184,6 +185,7 @@ def move_units_to_header(data: bytes) -> Layout:
     return Layout(data)
 
 
+@lru_cache(maxsize=4096)
 def _match_cell(cell: bytes) -> re.Match[bytes] | None:
     """Return the quote, number and unit in a cell."""
     return _CELL.fullmatch(cell.strip()) if len(cell) <= _LONGEST else None
