@@ -143,9 +143,12 @@ def _solve_linear(columns: Array, stress: Array) -> Array:
     return np.asarray(np.linalg.lstsq(columns / size, stress, rcond=None)[0] / size)
 
 
-def _solve_nonnegative(exponents: Array, stretch: Array, stress: Array) -> Array:
-    """Return one or two of Ogden's mu for given exponents, with mu times alpha not negative."""
-    columns = stress_basis("ogden-n", stretch, exponents) * np.sign(exponents)
+def _solve_nonnegative(exponents: Array, columns: Array, stress: Array) -> Array:
+    """Return one or two of Ogden's mu, with mu times alpha not negative.
+
+    `columns` of shape (N, exponents) are the stresses per unit of each mu.
+    """
+    columns = columns * np.sign(exponents)
     size = np.linalg.norm(columns, axis=0)
     columns = columns / size
     project = columns.T @ stress
@@ -176,7 +179,7 @@ def least_squares(
 
     def residual(exponents: Array) -> Array:
         columns = stress_basis(model, stretch, exponents)
-        return columns @ _solve_nonnegative(exponents, stretch, stress) - stress
+        return columns @ _solve_nonnegative(exponents, columns, stress) - stress
 
     starts = _list_exponents(stretch, stress, terms)
     if guess is not None:
@@ -188,7 +191,7 @@ def least_squares(
     best = min(minima, key=lambda one: float(one.cost))
     order = np.argsort(best.x)
     exponents = best.x[order]
-    linear = _solve_nonnegative(exponents, stretch, stress)
+    linear = _solve_nonnegative(exponents, stress_basis(model, stretch, exponents), stress)
     return {
         name: float(value)
         for i in range(terms)
