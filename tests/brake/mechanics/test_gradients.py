@@ -47,22 +47,42 @@ LAWS = {
 }
 
 
+EXPONENT = ("sheet_friction", "holding_force", "brake_force", "slip_work", "slip_at_elongation")
+EXPONENT += ("peak_force", "least_stiffness", "vacuum_for_force", "energy_capacity")
+EXPONENT += ("force_limits_low", "force_limits_high", "peak_vacuum", "self_closing_vacuum")
+"""Laws that a pressure exponent changes, without those made of them."""
+CASES = [pytest.param(name, False, id=name) for name in LAWS]
+CASES += [
+    pytest.param(
+        name,
+        True,
+        id=f"{name}-exponent",
+        marks=() if name in EXPONENT else pytest.mark.slow,
+    )
+    for name in LAWS
+]
+
+
 def floats(brakes):
     """The leaves of a stack of brakes as one array (n, fields), and the way back."""
     leaves, tree = jax.tree.flatten(brakes)
     return np.stack([np.asarray(leaf, float) for leaf in leaves], axis=1), tree
 
 
+def split(name, rows, tree):
+    """Arguments of a law and its brake, from the columns of `rows` or from one row."""
+    m = len(LAWS[name][1])
+    return *rows[:m], jax.tree.unflatten(tree, list(rows[m:]))
+
+
 @functools.cache
-def slopes(name, tree):
-    """Values (n,) and gradients (n, arguments and fields) of a law; compiled once a tree."""
-    function, kinds = LAWS[name]
-    m = len(kinds)
+def slopes(names, tree):
+    """Values (n,) and gradients (n, arguments and fields) of the laws in one program."""
 
-    def flat(row):
-        return function(*row[:m], jax.tree.unflatten(tree, list(row[m:])))
+    def slope(name, row):
+        return jax.value_and_grad(lambda r: LAWS[name][0](*split(name, r, tree)))(row)
 
-    return jax.jit(jax.vmap(jax.value_and_grad(flat)))
+    return jax.jit(jax.vmap(lambda rows: {name: slope(name, rows[name]) for name in names}))
 
 
 def arguments(kinds, seed, brakes):
@@ -85,13 +105,37 @@ def smooth(seed, brakes):
     )
 
 
-@pytest.mark.parametrize("exponent", [False, True], ids=["", "exponent"])
-@pytest.mark.parametrize("name", LAWS)
+def take_fields(brakes):
+    """The brakes with what Kapton's states and without what it does not: one program for both."""
+    stated = {
+        jax.tree_util.keystr(path): leaf
+        for path, leaf in jax.tree_util.tree_leaves_with_path(brakes)
+    }
+    paths, tree = jax.tree_util.tree_flatten_with_path(KAPTON)
+    filled = [stated.get(jax.tree_util.keystr(path), np.full(N, leaf)) for path, leaf in paths]
+    return jax.tree.unflatten(tree, filled)
+
+
+@functools.cache
+def random_slopes(names, exponent):
+    """Brakes, and for each of these laws its arguments, values and gradients there."""
+    brakes = random_brakes(11, N, exponent=exponent)
+    brakes = brakes if exponent else take_fields(brakes)
+    values, tree = floats(brakes)
+    theta = {
+        name: np.concatenate([arguments(LAWS[name][1], 11, brakes), values], axis=1)
+        for name in names
+    }
+    return brakes, theta, jax.device_get(slopes(names, tree)(theta))
+
+
+@pytest.mark.parametrize(("name", "exponent"), CASES)
 def test_gradient_is_the_difference_quotient(name, exponent):
     """Central differences, extrapolated once (error h^4); 1e-6 relative to the largest term."""
-    brakes = random_brakes(11, N, exponent=exponent)
+    names = tuple(n for n in LAWS if not exponent or (n in EXPONENT) == (name in EXPONENT))
+    brakes, every, made = random_slopes(names, exponent)
+    theta, (value, exact) = every[name], made[name]
     values, tree = floats(brakes)
-    theta = np.concatenate([arguments(LAWS[name][1], 11, brakes), values], axis=1)
     step, count = 2e-4, theta.shape[1]
     shift = np.eye(count)[None] * theta[:, None, :]
     # the number of sheets is a whole one, which some laws halve
@@ -99,12 +143,12 @@ def test_gradient_is_the_difference_quotient(name, exponent):
     shift[:, whole] = 0.0
     beside = [theta[:, None] + h * shift for h in (step, -step, step / 2, -step / 2)]
     rows = np.concatenate([theta, *(grid.reshape(-1, count) for grid in beside)])
-    every, gradient = (np.asarray(made) for made in slopes(name, tree)(rows))
-    value, exact = every[:N], gradient[:N]
+    there = np.broadcast_to(LAWS[name][0](*split(name, rows.T, tree)), len(rows))
+    np.testing.assert_allclose(value, there[:N], rtol=1e-9)
     assert np.isfinite(exact).all()
     # a law may say "never" (an infinite vacuum); a difference of infinities is no slope
     answered = np.isfinite(value)
-    up, down, near_up, near_down = every[N:].reshape(4, N, count)
+    up, down, near_up, near_down = there[N:].reshape(4, N, count)
 
     def quotient(above, below, h):
         # where there is no answer, there is none beside it either
@@ -146,18 +190,26 @@ SLIDING += ("force_limits_low", "force_limits_high")
 CORNERS = [(x, p) for x in (0.0, 0.02, 0.068, 0.08) for p in (0.0, 94.5e3)]
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_gradients_are_finite_everywhere(name):
-    """At zero slip, zero vacuum, the end of the overlap and beyond."""
-    slip, vacuum = np.array(CORNERS).T
+@functools.cache
+def corner_slopes():
+    """For each law its values and gradients at `CORNERS`, as many as the random ones."""
+    slip, vacuum = np.resize(CORNERS, (N, 2)).T
     force = np.asarray(friction.sheet_friction(slip, vacuum, KAPTON))
     force = force + np.asarray(enclosure.enclosure_force(slip, vacuum, KAPTON))
     known = {"x": slip, "p": vacuum, "f": force, "u": slip + force / 131e3}
-    values, tree = floats(jax.tree.map(lambda leaf: np.full(len(slip), leaf), KAPTON))
-    theta = np.column_stack([*(known[k] for k in LAWS[name][1]), values])
-    # as many rows as the differences have, for which it is compiled already
-    rows = np.resize(theta, (N * (1 + 4 * theta.shape[1]), theta.shape[1]))
-    value, gradient = (np.asarray(made)[: len(slip)] for made in slopes(name, tree)(rows))
+    values, tree = floats(jax.tree.map(lambda leaf: np.full(N, leaf), KAPTON))
+    theta = {
+        name: np.column_stack([*(known[k] for k in kinds), values])
+        for name, (_, kinds) in LAWS.items()
+    }
+    return slip, jax.device_get(slopes(tuple(LAWS), tree)(theta))
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_gradients_are_finite_everywhere(name):
+    """At zero slip, zero vacuum, the end of the overlap and beyond."""
+    slip, made = corner_slopes()
+    value, gradient = made[name]
     ends = {"self_closing_vacuum": slip >= 0.068} | dict.fromkeys(SLIDING, slip > 0.068)
     apart = ends.get(name, np.zeros(len(slip), bool))
     assert (np.isfinite(value) == ~apart).all()
