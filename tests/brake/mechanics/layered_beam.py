@@ -8,6 +8,7 @@ minimises the potential energy, found here by Newton's method with a line search
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -139,9 +140,17 @@ def _rest(stiff: Array, load: Array, rows: Array, weight: Array, z: Array, slack
         tangent = stiff + (rows.T * (share * weight / slack)) @ rows
         step = -np.linalg.solve(tangent, now)
         low, high = 0.0, 1.0
-        if push(z + step) @ step > 0:
+        line = (stiff @ z - load) @ step, step @ stiff @ step, rows @ z, rows @ step
+
+        def slope(way: float, line: tuple[Any, ...] = line) -> float:
+            """How fast the energy grows along the step."""
+            start, rise, slips, rates = line
+            rubs = weight * np.clip((slips + way * rates) / slack, -1, 1)
+            return float(start + way * rise + rubs @ rates)
+
+        if slope(1.0) > 0:
             for _ in range(40):
                 middle = (low + high) / 2
-                low, high = (middle, high) if push(z + middle * step) @ step < 0 else (low, middle)
+                low, high = (middle, high) if slope(middle) < 0 else (low, middle)
         z = z + high * step
     raise AssertionError(f"the sheets did not come to rest: {np.abs(now).max()}")

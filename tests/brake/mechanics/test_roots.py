@@ -15,8 +15,8 @@ from layerjam.brake.mechanics.tracing import double_precision
 def test_false_position_finds_the_cube_roots_of_an_array() -> None:
     """Of five numbers; the root of the last one is above the upper bound."""
     cubes = np.array([1e-3, 1.0, 2.0, 7.9, 8.1])
-    with double_precision():
-        end = false_position(lambda x: x**3 - cubes, jnp.zeros(5), jnp.full(5, 2.0), 1e-11, 62)
+    with np.errstate(all="ignore"):
+        end = false_position(lambda x: x**3 - cubes, np.zeros(5), np.full(5, 2.0), 1e-11, 62)
     assert np.asarray(end.is_met).tolist() == [True] * 4 + [False]
     assert (np.asarray(end.error)[:4] <= 1e-11).all()
     assert np.asarray(end.best)[:4] == pytest.approx(np.cbrt(cubes[:4]), rel=1e-8)
@@ -24,8 +24,8 @@ def test_false_position_finds_the_cube_roots_of_an_array() -> None:
 
 def test_false_position_meets_the_zeros_of_straight_lines_after_the_two_ends() -> None:
     at, slope = np.array([0.1, 0.5, 0.97]), np.array([1.0, 3.0, 0.2])
-    with double_precision():
-        end = false_position(lambda x: slope * (x - at), jnp.zeros(3), jnp.ones(3), 1e-14, 62)
+    with np.errstate(all="ignore"):
+        end = false_position(lambda x: slope * (x - at), np.zeros(3), np.ones(3), 1e-14, 62)
     assert int(end.turn) == 3
     assert np.asarray(end.best) == pytest.approx(at, abs=1e-13)
 
@@ -35,11 +35,11 @@ def test_false_position_narrows_a_jump_of_any_height_to_a_millionth_in_62_steps(
     """After the two ends twenty times three, one of which halves: 2**-20 is below 1e-6."""
     below, above = 10.0 ** np.array([[0, 0, 9, 0, 15], [0, 9, 0, 15, 0]])
 
-    def jump(x: jnp.ndarray) -> jnp.ndarray:
-        return jnp.where(x < at, -below, above)
+    def jump(x: np.ndarray) -> np.ndarray:
+        return np.where(x < at, -below, above)
 
-    with double_precision():
-        end = false_position(jump, jnp.zeros(5), jnp.ones(5), 0.0, 62)
+    with np.errstate(all="ignore"):
+        end = false_position(jump, np.zeros(5), np.ones(5), 0.0, 62)
     low, high = np.asarray(end.low), np.asarray(end.high)
     assert (low < at).all() and (high >= at).all()
     assert (high - low < 1e-6).all()
