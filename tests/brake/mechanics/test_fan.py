@@ -50,6 +50,9 @@ def friction_of(brake):
     return brake.scale_factor / (brake.amplification_held or 1.0) * brake.film.kinetic
 
 
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
+
+
 def plain_force(slip, vacuum, brake, strips=2):
     """Force of the sliding brake in plain Python; the factor from the tension along a fan."""
     s, e, film = brake.sheets, brake.enclosure, brake.film
@@ -60,9 +63,8 @@ def plain_force(slip, vacuum, brake, strips=2):
     alpha *= 1 / (s.free_left + slip) + 1 / (s.free_right + slip)
     factor = 1.0
     if not brake.mount.spacers:
-        nodes, weights = np.polynomial.legendre.leggauss(40)
-        depth = (nodes + 1) / 2
-        factor = float((weights / 2 * np.exp(alpha * (1 - depth**2))).sum())
+        depth = (NODES + 1) / 2
+        factor = float((WEIGHTS / 2 * np.exp(alpha * (1 - depth**2))).sum())
     sheets = mu * (s.count - 1) * s.width * vacuum * max(s.overlap - slip, 0) * factor
     q, ea = film.friction_on_silicone * s.width * vacuum, e.modulus * s.width * e.wall
     reach = (s.free_left + s.overlap + s.free_right) / 2
@@ -351,7 +353,6 @@ def test_gradients_are_those_of_differences():
 
 
 def test_with_a_pressure_exponent_the_fan_follows_the_friction():
-    brake = replace(THICK, pressure_exponent=-0.3, test_pressure=2e4, lowest_pressure=1.5e4)
     brake = replace(THICK, pressure_exponent=-0.3, test_pressure=2e4, lowest_pressure=1.5e4)
     force = laws.brake_force(0.01, np.array([2e4, 8e4]), brake)
     for got, p in zip(force, (2e4, 8e4), strict=True):

@@ -59,7 +59,7 @@ class Exact:
 
     def standstill(self):
         """First root, by a walk in small steps and halvings; None if it runs past the travel."""
-        steps = 4000
+        steps = 1000
         low = D(0)
         for i in range(1, steps + 1):
             high = self.travel * i * i / steps**2
