@@ -108,6 +108,18 @@ def random_brakes(
     )
 
 
+def with_fields_of(brake: Brake, brakes: Brake) -> Brake:
+    """The stack of brakes with just the fields that a brake states: JAX compiles once for both."""
+    stated = {
+        jax.tree_util.keystr(path): leaf
+        for path, leaf in jax.tree_util.tree_leaves_with_path(brakes)
+    }
+    paths, tree = jax.tree_util.tree_flatten_with_path(brake)
+    count = len(brakes.scale_factor)
+    filled = [stated.get(jax.tree_util.keystr(path), np.full(count, leaf)) for path, leaf in paths]
+    return jax.tree.unflatten(tree, filled)
+
+
 def one(brakes: Brake, index: int) -> Brake:
     """Brake number `index` out of a stack, with plain Python numbers."""
     return jax.tree.map(lambda leaf: leaf[index].item(), brakes)
@@ -181,10 +193,15 @@ def area(force: Any, way: Any) -> np.ndarray:
     return np.concatenate([[0.0], np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(way))])
 
 
-def padded(path: Any, vacuum: Any) -> tuple[np.ndarray, np.ndarray, int]:
+LENGTHS = (64, 4096, 16384)
+
+
+def padded(
+    path: Any, vacuum: Any, lengths: tuple[int, ...] = LENGTHS
+) -> tuple[np.ndarray, np.ndarray, int]:
     """A history brought to one of few lengths by standing still: each length compiles once."""
     path = np.atleast_1d(np.asarray(path, float))
     vacuum = np.broadcast_to(np.asarray(vacuum, float), path.shape)
-    length = next(size for size in (64, 1024, 4096, 16384) if size >= len(path))
+    length = next(size for size in lengths if size >= len(path))
     more = (0, length - len(path))
     return np.pad(path, more, "edge"), np.pad(vacuum, more, "edge"), len(path)

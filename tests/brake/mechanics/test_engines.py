@@ -23,7 +23,7 @@ from layerjam.brake.simulate.batch import batch
 from layerjam.core.errors import QuantityError
 from layerjam.core.units import quantity, record
 from layerjam.laws import Stribeck, WetFilm
-from strategies import one, random_brakes
+from strategies import KAPTON, one, random_brakes
 
 BRAKES, POINTS = 25, 4
 CLOSE = 1e-12
@@ -259,17 +259,16 @@ def history(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_marching_laws_take_numbers_and_arrays_of_jax() -> None:
-    brake = one(FAMILIES["plain"](3), 0)
     path, vacuum = history(1)
     for law in (laws.brake_cycle, laws.enclosure_cycle):
         plain, traced = (
-            law(path, vacuum, brake),
-            law(*map(jax.numpy.asarray, (path, vacuum)), brake),
+            law(path, vacuum, KAPTON),
+            law(*map(jax.numpy.asarray, (path, vacuum)), KAPTON),
         )
         for ours, others in zip(plain, traced, strict=True):
             assert isinstance(ours, np.ndarray) and isinstance(others, jax.Array)
             assert np.array_equal(ours, others, equal_nan=True)
     case = (1.0, 2.0, 5e4, None, 15e3, None, 9.8, 1e-5, 20_000.0)
-    plain = laws.stop_in_time(*case, brake)
-    traced = laws.stop_in_time(jax.numpy.asarray(1.0), *case[1:], brake)
+    plain = laws.stop_in_time(*case, KAPTON)
+    traced = laws.stop_in_time(jax.numpy.asarray(1.0), *case[1:], KAPTON)
     assert differences(plain.slip, traced.slip) == 0 and plain.outcome == traced.outcome

@@ -13,7 +13,7 @@ from layerjam.brake.mechanics import enclosure, energy, friction, limits, pull, 
 from layerjam.brake.mechanics.enclosure import saturation_slip
 from layerjam.brake.mechanics.hysteresis import brake_cycle
 from layerjam.brake.mechanics.memory import enclosure_cycle
-from strategies import KAPTON, points, random_brakes
+from strategies import KAPTON, points, random_brakes, with_fields_of
 
 N = 24
 LAWS = {
@@ -105,22 +105,11 @@ def smooth(seed, brakes):
     )
 
 
-def take_fields(brakes):
-    """The brakes with what Kapton's states and without what it does not: one program for both."""
-    stated = {
-        jax.tree_util.keystr(path): leaf
-        for path, leaf in jax.tree_util.tree_leaves_with_path(brakes)
-    }
-    paths, tree = jax.tree_util.tree_flatten_with_path(KAPTON)
-    filled = [stated.get(jax.tree_util.keystr(path), np.full(N, leaf)) for path, leaf in paths]
-    return jax.tree.unflatten(tree, filled)
-
-
 @functools.cache
 def random_slopes(names, exponent):
     """Brakes, and for each of these laws its arguments, values and gradients there."""
     brakes = random_brakes(11, N, exponent=exponent)
-    brakes = brakes if exponent else take_fields(brakes)
+    brakes = brakes if exponent else with_fields_of(KAPTON, brakes)
     values, tree = floats(brakes)
     theta = {
         name: np.concatenate([arguments(LAWS[name][1], 11, brakes), values], axis=1)

@@ -302,6 +302,14 @@ def test_a_weight_at_rest_stays_where_it_is_for_an_hour():
     onset = float(brake_force(0.0, FULL, KAPTON))
     mass = 0.999 * onset / G
     force = mass * G
+
+    @jax.jit
+    def march(state: Motion, step: float, count: int, load: Load) -> Motion:
+        def one(_, now):
+            return advance_step(now, step, Vacuum(FULL), load, KAPTON)
+
+        return jax.lax.fori_loop(0, count, one, state)
+
     for step, count in ((1.0, 3600), (1e-2, 20000)):
         start = new_motion(np.float64(0.0), np.float64(FULL), True)
         start = start._replace(
@@ -310,23 +318,30 @@ def test_a_weight_at_rest_stays_where_it_is_for_an_hour():
         )  # fmt: skip
         load = Load(np.float64(mass), np.float64(G), np.float64(SPRING), None, None)
 
-        def march(state: Motion, step: float = step, count: int = count, load: Load = load):
-            def one(_, now):
-                return advance_step(now, step, Vacuum(FULL), load, KAPTON)
-
-            return jax.lax.fori_loop(0, count, one, state)
-
-        last = jax.jit(march)(jax.tree.map(np.asarray, start))
+        last = march(jax.tree.map(np.asarray, start), step, count, load)
         assert float(last.slip) == 0.0
         assert float(last.heat) == 0.0
         assert float(last.place) == pytest.approx(force / SPRING, rel=1e-12)
         assert int(last.outcome) in (MOVING, STANDSTILL)
 
 
+@jax.jit
+def march_slack(state, step, load):
+    """Whether the rope is slack, energy, heat and speed after each of 2500 steps."""
+    from layerjam.brake.mechanics.stop.motion import Vacuum, try_step
+
+    def one(state, _):
+        new = try_step(state, step, Vacuum(FULL), load, KAPTON)[0]
+        energy = load.mass * (new.speed**2 / 2 - load.gravity * new.place) + new.heat
+        return new, (new.slack, energy + stored_energy(new, load, KAPTON), new.heat, new.speed)
+
+    return jax.lax.scan(one, state, None, length=2500)[1]
+
+
 @pytest.mark.parametrize("damping", [None, 10.0, 60.0])
 def test_a_mass_that_flies_back_from_a_slack_rope_keeps_its_books(damping):
     """Thrown up from 50 N: what the damper takes is all that is lost."""
-    from layerjam.brake.mechanics.stop.motion import Vacuum, new_motion, try_step
+    from layerjam.brake.mechanics.stop.motion import new_motion
 
     mass, speed, force = 1.0, -0.8, 50.0
     load = make_load(mass, G, ROPE, damping, KAPTON)
@@ -338,15 +353,7 @@ def test_a_mass_that_flies_back_from_a_slack_rope_keeps_its_books(damping):
         stretch=np.float64(stretch), force=np.float64(force),
     )  # fmt: skip
 
-    def march(state, step):
-        def one(state, _):
-            new = try_step(state, step, Vacuum(FULL), load, KAPTON)[0]
-            energy = mass * new.speed**2 / 2 - mass * G * new.place + new.heat
-            return new, (new.slack, energy + stored_energy(new, load, KAPTON), new.heat, new.speed)
-
-        return jax.lax.scan(one, state, None, length=2500)[1]
-
-    slack, energy, heat, velocity = jax.jit(march)(jax.tree.map(np.asarray, start), 1e-4)
+    slack, energy, heat, velocity = march_slack(jax.tree.map(np.asarray, start), 1e-4, load)
     slack, heat, velocity = map(np.asarray, (slack, heat, velocity))
     begun = mass * speed**2 / 2 - mass * G * (drawn + stretch) + force**2 / 2 / SPRING
     np.testing.assert_allclose(energy, begun, atol=1e-9)

@@ -51,7 +51,7 @@ def path(*turns: float, steps: int = 6) -> np.ndarray:
 
 
 def run(brake: Brake, slip: np.ndarray, vacuum: object) -> np.ndarray:
-    slips, vacuums, n = padded(slip, vacuum)
+    slips, vacuums, n = padded(slip, vacuum, (64, 1024))
     return np.array(enclosure_cycle(slips, vacuums, brake))[:, :n]
 
 
