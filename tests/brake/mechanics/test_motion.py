@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 
 import jax
 import numpy as np
@@ -54,6 +55,17 @@ def one_by_one(cases, damping, step):
     return jax.tree.map(lambda *parts: np.array(parts), *runs)
 
 
+def in_numpy(*case):
+    """The march without a compiled program, which a few hundred steps are not worth."""
+    with np.errstate(all="ignore"):
+        return inspect.unwrap(stop_in_time)(*jax.tree.map(np.float64, case))
+
+
+COARSE = pytest.param(in_numpy, 10, id="numpy")
+FINE = pytest.param(stop_in_time, 1, id="compiled", marks=pytest.mark.slow)
+"""A solver, and how many times longer its steps are."""
+
+
 @pytest.mark.parametrize("step", [1e-4, 2e-5])
 def test_it_is_the_exact_stop_at_constant_vacuum_at_any_step(step):
     mass = np.array([1.0, 1.0, 1.0, 1.0, 12.0, 0.3])
@@ -70,15 +82,15 @@ def test_it_is_the_exact_stop_at_constant_vacuum_at_any_step(step):
     assert np.abs(audit(run, mass, speed, G, ROPE, None, KAPTON)).max() < 1e-9
 
 
-def test_random_brakes_stop_where_the_exact_stop_says():
+@pytest.mark.parametrize(("march", "longer"), [COARSE, FINE])
+def test_random_brakes_stop_where_the_exact_stop_says(march, longer):
     random, brakes, n = np.random.default_rng(3), random_brakes(8, 300), 300
     k = np.asarray(working_stiffness(brakes))
     vacuum, mass = random.uniform(2e4, 1e5, n), random.uniform(0.1, 5.0, n)
     speed = random.uniform(0.1, 3.0, n)
     exact = stop(mass, speed, vacuum, k, G, brakes)
-    run = stop_in_time(
-        mass, speed, vacuum, None, None, None, G, np.sqrt(mass / k) / 100, MANY, brakes
-    )
+    step = longer * np.sqrt(mass / k) / 100
+    run = march(mass, speed, vacuum, None, None, None, G, step, MANY, brakes)
     # a sleeve that closes the brake ends the run; a spring softer than the brake snaps sooner
     there = (np.asarray(exact.outcome) != SNAPS) & ~np.isin(run.outcome, (CLOSED, SNAPPED))
     off = np.abs(np.asarray(run.slip - exact.slip)) / brakes.sheets.usable_travel
@@ -115,11 +127,12 @@ def test_a_damped_rope_is_of_second_order_and_keeps_its_books(damping):
     assert order.mean() == pytest.approx(2.0, abs=0.3)
 
 
+@pytest.mark.parametrize(("march", "longer"), [COARSE, FINE])
 @pytest.mark.parametrize("damping", [None, 60.0])
-def test_friction_over_speed_keeps_its_books(damping):
+def test_friction_over_speed_keeps_its_books(damping, march, longer):
     law = SpeedLaw(power=0.2, test_speed=1e-2, rest_speed=1e-4)
     brake = dataclasses.replace(KAPTON, speed_law=law)
-    run = stop_in_time(1.0, 2.5, FULL, None, ROPE, damping, G, 4e-5, MANY, brake)
+    run = march(1.0, 2.5, FULL, None, ROPE, damping, G, 4e-5 * longer, MANY, brake)
     assert int(run.outcome) == STANDSTILL
     assert abs(audit(run, 1.0, 2.5, G, ROPE, damping, brake)) < 1e-9
 
@@ -202,10 +215,11 @@ def test_a_history_that_does_not_change_is_the_constant_vacuum():
     assert float(one.slip) == pytest.approx(float(exact.slip), abs=1e-8 * 0.06)
 
 
-def test_a_falling_vacuum_is_of_second_order_and_keeps_its_books():
+@pytest.mark.parametrize(("march", "longer"), [COARSE, FINE])
+def test_a_falling_vacuum_is_of_second_order_and_keeps_its_books(march, longer):
     samples, slips = np.array([94.5e3, 94.5e3, 40e3]), []
-    for h in (4e-5, 2e-5, 1e-5, 5e-6):
-        run = stop_in_time(1.0, 2.5, samples, TIMES, ROPE, None, G, h, MANY, KAPTON)
+    for h in (4e-5, 2e-5, 1e-5, 5e-6)[: 3 if march is in_numpy else 4]:
+        run = march(1.0, 2.5, samples, TIMES, ROPE, None, G, longer * h, MANY, KAPTON)
         assert abs(audit(run, 1.0, 2.5, G, ROPE, None, KAPTON)) < 1e-9
         slips.append(float(run.slip))
     np.testing.assert_allclose(np.log2(_errors(slips)[:-1] / _errors(slips)[1:]), 2.0, atol=0.2)
@@ -263,7 +277,8 @@ def test_too_soft_a_rope_snaps_and_too_few_steps_are_named():
     assert float(short.time) == pytest.approx(1e-4)
 
 
-def test_both_solvers_snap_at_the_same_slip_near_the_limit():
+@pytest.mark.parametrize(("march", "longer"), [COARSE, FINE])
+def test_both_solvers_snap_at_the_same_slip_near_the_limit(march, longer):
     """Springs of 0.7 to 1.05 c: what the sleeve adds decides, and where it fades the brake goes."""
     random, n = np.random.default_rng(1), 300
     brakes, vacuum = random_brakes(11, n), random.uniform(2e4, 1e5, n)
@@ -271,9 +286,8 @@ def test_both_solvers_snap_at_the_same_slip_near_the_limit():
     brakes = dataclasses.replace(brakes, stiffness_measured=k)
     mass, speed = random.uniform(0.1, 30, n), random.uniform(0.1, 3, n)
     exact = stop(mass, speed, vacuum, k, G, brakes)
-    run = stop_in_time(
-        mass, speed, vacuum, None, None, None, G, np.sqrt(mass / k) / 100, MANY, brakes
-    )
+    step = longer * np.sqrt(mass / k) / 100
+    run = march(mass, speed, vacuum, None, None, None, G, step, MANY, brakes)
     code, there = np.asarray(exact.outcome), np.asarray(run.outcome)
     snaps = code == SNAPS
     assert 50 < snaps.sum() < 200
