@@ -57,7 +57,8 @@ MODELS = {
 
 
 @pytest.mark.parametrize(
-    "model", [pytest.param(m, marks=pytest.mark.slow) if m == "stack" else m for m in MODELS]
+    "model",
+    [pytest.param(m, marks=pytest.mark.slow if m in ("tensile", "stack") else ()) for m in MODELS],
 )
 def test_every_model_applies_an_effect_that_none_of_them_knows(model):
     warm, same, cold = (np.asarray(MODELS[model](b), float) for b in (WARM, SAME, COLD))
