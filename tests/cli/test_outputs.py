@@ -23,6 +23,13 @@ FORCE = ("force", KAPTON, "--slip", "20mm", "--vacuum", "94.5kPa")
 PULL = ("tensile", KAPTON, "--vacuum", "94.5kPa", "--speed", "13mm/s", "--elongation", "40mm")
 MAGIC = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}
 DRAWN = ("force", "vacuum", "tensile", "friction", "calibrate", "validate")
+KINDS = {"force": "pdf", "friction": "png", "calibrate": "svg"}
+"""Format of a command's figure in the quick tests."""
+FIGURES = [
+    pytest.param(command, kind, marks=[] if KINDS.get(command) == kind else pytest.mark.slow)
+    for command in DRAWN
+    for kind in MAGIC
+]
 
 
 def drawing(command: str, files: Files) -> tuple[object, ...]:
@@ -36,8 +43,7 @@ def drawing(command: str, files: Files) -> tuple[object, ...]:
     }[command]
 
 
-@pytest.mark.parametrize("command", DRAWN)
-@pytest.mark.parametrize("kind", list(MAGIC))
+@pytest.mark.parametrize(("command", "kind"), FIGURES)
 def test_figures(run: Run, files: Files, tmp_path: Path, command: str, kind: str) -> None:
     made = []
     for name in ("one", "two"):
@@ -56,7 +62,9 @@ def test_a_figure_of_an_infeasible_force(run: Run, tmp_path: Path) -> None:
     assert run(*words).code == 1 and (tmp_path / "x.svg").exists()
 
 
-@pytest.mark.parametrize("command", DRAWN)
+@pytest.mark.parametrize(
+    "command", [pytest.param(c, marks=[] if c in KINDS else pytest.mark.slow) for c in DRAWN]
+)
 def test_an_old_figure_stays(
     refuses: Refuses, run: Run, files: Files, tmp_path: Path, command: str
 ) -> None:

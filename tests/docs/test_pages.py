@@ -35,6 +35,8 @@ INSTEAD = {
     "plan": "layerjam plan choi2018 choi2018-kapton --mass 1kg --speed 2.5m/s --warning 6s "
     "--travel 40mm --samples 1000",
     "scenario": "layerjam scenario slow-stop",
+    "bench check": "layerjam bench check sim:choi2018?speed=0 --vent-rest open --line choi2018",
+    "bench zero": "layerjam bench zero sim:choi2018?speed=0 --vent-rest open",
     "export fmu": "layerjam export fmu choi2018-kapton --out kapton.fmu --sources-only",
     "demo": "layerjam demo --out shown",
     "publish": "layerjam publish campaign --brake choi2018-kapton --out campaign-dataset",

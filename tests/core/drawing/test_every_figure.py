@@ -316,7 +316,9 @@ ALONE: dict[str, Callable[[], Any]] = {
 # tests
 
 
-@pytest.mark.parametrize("brake", BRAKES)
+@pytest.mark.parametrize(
+    "brake", [BRAKES[0], *(pytest.param(name, marks=pytest.mark.slow) for name in BRAKES[1:])]
+)
 @pytest.mark.parametrize("name", OF_BRAKE)
 def test_a_figure_of_a_brake(name: str, brake: str) -> None:
     assert faults(OF_BRAKE[name](brake)) == []

@@ -11,14 +11,23 @@ import pytest
 
 import layerjam
 from laboratory.campaigns import bench as virtual
+from laboratory.figures.brake_files import draw_nothing
 from layerjam.brake.device.load import load
 from layerjam.cli.main import main
 from layerjam.core.errors import QuantityError
+from layerjam.laboratory.figures import brake_files as writer
 from layerjam.laboratory.identify.provenance import sha256
 from layerjam.laboratory.identify.shape import change_shape
 from strategies import KAPTON
 
 BRAKE = "choi2018-kapton"
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures and PDF are looked at elsewhere."""
+    monkeypatch.setattr(writer, "draw_all", draw_nothing)
+    monkeypatch.setattr(writer, "typeset_pdf", lambda data, pictures: b"%PDF")
 
 
 @pytest.fixture(scope="module")

@@ -319,16 +319,17 @@ KEYS = {
 }
 
 
-def files(tmp_path):
-    return {
-        "enclosure": curve(tmp_path / "a.csv"), "leak": hold(tmp_path),
-        "pump-down": emptied(tmp_path, "p.csv", 0.44), "crash": impact(tmp_path),
-    }  # fmt: skip
+def make_file(tmp_path, command):
+    if command == "enclosure":
+        return curve(tmp_path / "a.csv")
+    if command == "leak":
+        return hold(tmp_path)
+    return emptied(tmp_path, "p.csv", 0.44) if command == "pump-down" else impact(tmp_path)
 
 
 @pytest.mark.parametrize("command", KEYS)
 def test_json_is_complete_and_text_fits(run, tmp_path, command):
-    path = files(tmp_path)[command]
+    path = make_file(tmp_path, command)
     code, out, err = run(command, path, "--json", "--figure", tmp_path / "f.svg")
     assert (code, err) == (0, "") and (tmp_path / "f.svg").stat().st_size > 5000
     found = json.loads(out, parse_constant=pytest.fail)
@@ -379,7 +380,7 @@ def test_bad_files_are_refused_in_one_sentence(run, tmp_path, command, text, wor
     ],
 )
 def test_wrong_input_as_a_user_would_give_it(run, tmp_path, command, words, says):
-    code, out, err = run(command, files(tmp_path)[command], *words)
+    code, out, err = run(command, make_file(tmp_path, command), *words)
     if command == "leak" and words[0] == "--from":
         assert code == 0 or "20" in err
         return

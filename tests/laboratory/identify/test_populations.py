@@ -5,17 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import layerjam as lj
 from independent.pulls import BRAKE, SCALE_FACTOR, Pull, repeats, write
+from laboratory.figures.brake_files import draw_nothing
+from layerjam.laboratory.figures import brake_files as writer
 from layerjam.laboratory.identify.odd import find_two_groups, outlier_limit
 
 
 def healthy(count: int = 12, scatter: float = 0.02, seed: int = 3) -> list[Pull]:
     return list(repeats(np.random.default_rng(seed), count=4, scatter=scatter))[:count]
+
+
+def slowly(*cases: tuple[int, int]) -> list[Any]:
+    return [pytest.param(*case, marks=pytest.mark.slow) for case in cases]
 
 
 def scaled(pulls: Sequence[Pull], which: Sequence[int], multiplier: float) -> list[Pull]:
@@ -25,8 +32,19 @@ def scaled(pulls: Sequence[Pull], which: Sequence[int], multiplier: float) -> li
 MIXED = ((0, 3, 5, 7, 11), (0, 1, 2, 3, 4), (1, 2, 4, 6, 8, 9, 10))
 
 
-@pytest.mark.parametrize("multiplier", [0.7, 0.8, 1.25, 1.6, 1 / 4.4482216])
-@pytest.mark.parametrize("which", MIXED)
+MULTIPLIERS = (0.7, 0.8, 1.25, 1.6, 1 / 4.4482216)
+QUICK = {(0, 1.25), (1, 1 / 4.4482216), (2, 0.8)}
+"""Groups and multipliers of the quick tests: the two nearest to 1, and another unit."""
+
+
+@pytest.mark.parametrize(
+    ("which", "multiplier"),
+    [
+        pytest.param(which, by, marks=[] if (place, by) in QUICK else pytest.mark.slow)
+        for place, which in enumerate(MIXED)
+        for by in MULTIPLIERS
+    ],
+)
 def test_two_groups_fail_and_nothing_is_left_out(
     tmp_path: Path, which: tuple[int, ...], multiplier: float
 ) -> None:
@@ -40,7 +58,9 @@ def test_two_groups_fail_and_nothing_is_left_out(
     assert tested.exit_code == 4 and "pulls" in {row["name"] for row in tested.failed_checks}
 
 
-@pytest.mark.parametrize(("count", "wrong"), [(3, 2), (3, 1), (5, 3), (7, 2), (8, 3), (12, 3)])
+@pytest.mark.parametrize(
+    ("count", "wrong"), [(3, 1), (7, 2), (8, 3), *slowly((3, 2), (5, 3), (12, 3))]
+)
 def test_more_outliers_than_the_limit_are_kept_and_fail(
     tmp_path: Path, count: int, wrong: int
 ) -> None:
@@ -50,7 +70,7 @@ def test_more_outliers_than_the_limit_are_kept_and_fail(
     assert "pulls" in {row["name"] for row in found.failed_checks}
 
 
-@pytest.mark.parametrize(("count", "wrong"), [(4, 1), (7, 1), (8, 2), (12, 2)])
+@pytest.mark.parametrize(("count", "wrong"), [(4, 1), (8, 2), *slowly((7, 1), (12, 2))])
 def test_outliers_within_the_limit_are_named_beside_the_number(
     tmp_path: Path, count: int, wrong: int
 ) -> None:
@@ -67,7 +87,11 @@ def test_outliers_within_the_limit_are_named_beside_the_number(
     assert "by hand" not in str(found)
 
 
-def test_the_report_names_pulls_left_out_beside_the_number(tmp_path: Path) -> None:
+def test_the_report_names_pulls_left_out_beside_the_number(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(writer, "draw_all", draw_nothing)
+    monkeypatch.setattr(writer, "typeset_pdf", lambda data, pictures: b"%PDF")
     files = write(tmp_path / "pulls", scaled(healthy(12), [4], 0.55))
     reasons = {"pulls": "pull 5 has another lever arm"}
     found = lj.report(BRAKE, pulls=files, accept=reasons, out=tmp_path / "report")

@@ -20,6 +20,7 @@ from independent import field_files as made
 from laboratory.measure.field_cases import CASES, GAUGE, SIZES, crash_file
 from laboratory.measure.layouts import REAL
 from layerjam.cli.main import main
+from layerjam.core.errors import FitError
 
 FIELD = REAL / "field"
 HINT = re.compile(r"(--[a-z-]+) (?!lists)('[^']*'|[^\s;)]+)")
@@ -135,15 +136,37 @@ def test_one_rate_does_not_close_gaps(
     assert json.loads(out)["velocity_change"] == pytest.approx(7.64, rel=0.12)
 
 
-def test_a_history_of_vacuum_asks_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def drop_with_history(folder: Path) -> tuple[list[str], np.ndarray]:
+    """Return a drop with a vacuum log as a gauge shows it, to type, and the vacuums [Pa]."""
     time, pressure = made.pump_down()
-    path = made.csv(
-        tmp_path / "v.csv", "time (s),vacuum (kPa)", time, np.minimum(GAUGE(pressure), 0)
-    )
+    shown = np.minimum(GAUGE(pressure), 0)
+    path = made.csv(folder / "v.csv", "time (s),vacuum (kPa)", time, shown)
     words = ["drop", "choi2018-kapton", "--mass", "1kg", "--speed", "1m/s"]
-    words += ["--vacuum-history", str(path)]
+    return [*words, "--vacuum-history", str(path)], -1e3 * shown
+
+
+def test_a_history_of_vacuum_asks_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words, vacuum = drop_with_history(tmp_path)
     code, _, err = run(capsys, *words)
-    assert code == 2 and str(path) in err and "(--reading gauge)" in err
+    assert code == 2 and words[-1] in err and "(--reading gauge)" in err
+    read: list[Any] = []
+
+    def stop(*_: Any, vacuum: Any, **__: Any) -> None:
+        read.append(vacuum)
+        raise FitError("not simulated here")
+
+    monkeypatch.setattr("layerjam.brake.simulate.stop.simulate_stop", stop)
+    assert "not simulated here" in run(capsys, *words, "--reading", "gauge")[2]
+    assert read[0].vacuum == pytest.approx(vacuum, abs=1.0)
+
+
+@pytest.mark.slow
+def test_a_drop_with_a_history_whose_reading_is_given(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words, _ = drop_with_history(tmp_path)
     assert run(capsys, *words, "--reading", "gauge")[0] in (0, 1)
 
 
