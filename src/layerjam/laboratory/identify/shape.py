@@ -24,6 +24,22 @@ def change_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> B
     )
 
 
+def keep_fitted_law(brake: Brake) -> Brake:
+    """Return the brake with only what the law of a fit reads, so that one program fits them all.
+
+    The fit's own parameters replace the stiffness, and the growth with speed is part of their
+    start. The amplification counts only where the spacers are known.
+    """
+    return evolve(
+        drop_exponent(brake),
+        stiffness_measured=1.0,
+        amplification_held=None if brake.mount.spacers is None else brake.amplification_held,
+        speed_law=None,
+        lowest_pressure=None,
+        enclosure=evolve(brake.enclosure, force_uncertainty=None),
+    )
+
+
 def drop_exponent(brake: Brake) -> Brake:
     """Return the brake without its pressure exponent, which fits to curves treat separately."""
     return evolve(brake, pressure_exponent=None, test_pressure=None)

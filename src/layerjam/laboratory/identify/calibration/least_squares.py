@@ -29,7 +29,7 @@ from layerjam.laboratory.identify.calibration.forward import (
 )
 from layerjam.laboratory.identify.calibration.intervals import Population
 from layerjam.laboratory.identify.curves import Curve, group_conditions
-from layerjam.laboratory.identify.shape import SHAPE, drop_exponent
+from layerjam.laboratory.identify.shape import SHAPE, drop_exponent, keep_fitted_law
 
 FREE = ("pressure_exponent", "speed", "force_offset")
 """Names that `--free` accepts."""
@@ -286,11 +286,11 @@ def fit_own_parameters(
     places = np.arange(-(-count // BLOCK) * BLOCK)
     places[count:] = 0  # pad the last block
     widths = np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9]
-    linear_brake = drop_exponent(brake)
+    law = keep_fitted_law(brake)
     blocks = []
     for block in places.reshape(-1, BLOCK):
         curves = jax.tree.map(lambda a, at=block: a[at], (start, prior, means, noise))
-        blocks.append(_compile_solver()(*curves, widths, linear_brake))
+        blocks.append(_compile_solver()(*curves, widths, law))
     point, information, residual = (np.concatenate(a)[:count] for a in zip(*blocks, strict=True))
     weight = means.weight
     stretches = (weight > 0).sum(axis=1)
