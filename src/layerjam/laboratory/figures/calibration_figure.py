@@ -20,12 +20,12 @@ from layerjam.laboratory.identify.calibration.evidence import apply_calibration
 from layerjam.laboratory.identify.calibration.forward import (
     FINE,
     ReducedCurves,
-    evaluate_law,
     reduce_curves,
 )
 from layerjam.laboratory.identify.calibration.least_squares import JointFit
 from layerjam.laboratory.identify.calibration.result import Calibration
 from layerjam.laboratory.identify.curves import Curve, number_levels
+from layerjam.laboratory.identify.shape import change_shape, drop_exponent
 
 POINTS = 200
 TOGETHER = 4
@@ -103,14 +103,18 @@ def _draw_curves(
     for index, curve in enumerate(data.curves):
         u, force = _average_points(samples, index)
         u, force = u - data.origins[index], force - data.offsets[index]
-        law, _ = evaluate_law(
-            np.maximum(u, 0.0), curve.vacuum, data.shapes[index], np.zeros((3, 3)), brake
-        )
+        law = _compute_law(np.maximum(u, 0.0), curve.vacuum, data.shapes[index], brake)
         left = (force - law) / float(curve.peak_force) * 100
         for axes in (full, zoom):
             axes.plot(*style.thin_out(u * MM, force, 200), color=colors[index], lw=1.0, alpha=0.55)
         for axes in (residuals, close):
             axes.plot(*style.thin_out(u * MM, left, 200), color=colors[index], lw=0.8, alpha=0.7)
+
+
+def _compute_law(u: np.ndarray, vacuum: float, shape: np.ndarray, brake: Brake) -> np.ndarray:
+    """Return the force [N] at elongations [m] for a shape (a, k, enclosure factor)."""
+    shaped = change_shape(drop_exponent(brake), *map(float, shape))
+    return np.asarray(force_at_elongation(u, vacuum, shaped))
 
 
 def _average_points(samples: ReducedCurves, index: int) -> tuple[np.ndarray, np.ndarray]:
@@ -144,7 +148,7 @@ def _draw_law(
     close = ZOOM * float(curve.peak_elongation)
     u = np.union1d(np.linspace(0, close, POINTS), np.linspace(0, end, POINTS))
     u = u[u <= end]
-    law, _ = evaluate_law(u, curve.vacuum, shape, np.zeros((3, 3)), brake)
+    law = _compute_law(u, curve.vacuum, shape, brake)
     for axes in panels:
         axes.plot(u * MM, law, color=color, lw=1.3, ls=style.DASHED)
     for of_mean, strength in ((False, 0.13), (True, 0.30)):
