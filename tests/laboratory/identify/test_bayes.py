@@ -303,7 +303,11 @@ PAIR = np.array([[1.0, 1, 0], [1, 1, 0], [0, 0, 1]])
 """The first two curves share a mounting."""
 
 
-@pytest.mark.parametrize("mounting", [None, PAIR], ids=["alone", "mounted"])
+@pytest.mark.parametrize(
+    "mounting",
+    [pytest.param(None, marks=pytest.mark.slow), PAIR],
+    ids=["alone", "mounted"],
+)
 def test_flat_vector_and_its_stretch(mounting: np.ndarray | None) -> None:
     flat, guess, known = guessed(mounting)
     sites = jax.tree.map(np.asarray, unpack_sites(flat, guess, known))

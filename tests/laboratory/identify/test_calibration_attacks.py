@@ -92,7 +92,7 @@ def test_wear_fails_and_is_named(tmp_path: Path) -> None:
         assert "wear" in {row["name"] for row in found.checks if not row["passed"]}
 
 
-@pytest.mark.parametrize("depth", ["exact", "curves"])
+@pytest.mark.parametrize("depth", ["exact", pytest.param("curves", marks=pytest.mark.slow)])
 def test_curves_that_need_an_impossible_enclosure_fail(tmp_path: Path, depth: str) -> None:
     random = np.random.default_rng(4)
     pulls = own_mountings(repeats(random, VACUUMS, 4, 0.01))

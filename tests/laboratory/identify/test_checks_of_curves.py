@@ -130,8 +130,22 @@ UNITS = {
 }
 
 
-@pytest.mark.parametrize("number", [2, 4, 12])
-@pytest.mark.parametrize("unit", UNITS)
+FEW_AND_MANY = {("force in kgf", 2), ("elongation in cm", 12)}
+"""Cases of the quick tests besides those of four pulls."""
+
+
+@pytest.mark.parametrize(
+    ("unit", "number"),
+    [
+        pytest.param(
+            unit,
+            number,
+            marks=[] if number == 4 or (unit, number) in FEW_AND_MANY else pytest.mark.slow,
+        )
+        for unit in UNITS
+        for number in (2, 4, 12)
+    ],
+)
 def test_a_pull_in_another_unit_is_named_or_refused(unit: str, number: int) -> None:
     """It was once taken for noise, given no weight, and counted among the pulls."""
     force, length = UNITS[unit]

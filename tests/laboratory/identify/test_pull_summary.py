@@ -23,6 +23,10 @@ from layerjam.laboratory.measure.trace import Trace
 from strategies import KAPTON, PTFE, one, padded, random_brakes, seeds
 
 BOTH = pytest.mark.parametrize("brake", [KAPTON, PTFE], ids=["kapton", "ptfe"])
+ONE = pytest.mark.parametrize(
+    "brake", [KAPTON, pytest.param(PTFE, marks=pytest.mark.slow)], ids=["kapton", "ptfe"]
+)
+"""Both brakes, of which the second takes long."""
 
 
 def late(trace: Trace, slack: float, preload: float, noise: float, seed: int = 0) -> Trace:
@@ -65,7 +69,7 @@ def test_slack_preload_and_onset_of_random_brakes_within_their_errors(seed: int)
     assert found.teeth is None and found.unloading is None
 
 
-@BOTH
+@ONE
 def test_standard_errors_of_onset_and_preload_are_what_they_say(brake) -> None:
     trace = curve(brake, FULL, rows=8001)
     onset, base = [], []
