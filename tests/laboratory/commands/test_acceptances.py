@@ -221,8 +221,23 @@ def test_the_brake_in_the_head_of_a_record_has_them(accepted: Path, tmp_path: Pa
     assert carried(BrakeFile.read(text, "again")) == {*NUMBERS}
 
 
+QUICK = {
+    *(("friction", n) for n in (2, 3)),
+    *(("calibrate", n) for n in (1, 2, 3)),
+    *(("enclosure", n) for n in (2, 3)),
+    ("ageing", 8),
+    ("new", 0),
+}
+"""Fewer files than those of the acceptance, and as many."""
+
+
 @pytest.mark.parametrize(
-    ("name", "count"), [(name, count) for name in MEASURE for count in MEASURE[name][2]]
+    ("name", "count"),
+    [
+        pytest.param(name, count, marks=[] if (name, count) in QUICK else pytest.mark.slow)
+        for name in MEASURE
+        for count in MEASURE[name][2]
+    ],
 )
 def test_an_acceptance_is_carried_or_replaced_by_as_many_files_that_pass(
     accepted: Path, tmp_path: Path, name: str, count: int
@@ -238,7 +253,10 @@ def test_an_acceptance_is_carried_or_replaced_by_as_many_files_that_pass(
     assert {entry.reason for entry in file.accepted} <= {"new operator"}
 
 
-@pytest.mark.parametrize("name", [name for name in MEASURE if name not in ("new", "design")])
+@pytest.mark.parametrize(
+    "name",
+    ["friction", "calibrate", "ageing", pytest.param("enclosure", marks=pytest.mark.slow)],
+)
 def test_a_plain_brake_carries_them_too(accepted: Path, tmp_path: Path, name: str) -> None:
     call, numbers, counts = MEASURE[name]
     count = max(counts)

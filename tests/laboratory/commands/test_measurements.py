@@ -80,9 +80,18 @@ def impact(tmp_path, name="drop.csv", unit="g"):
     return table(tmp_path / name, f"t [ms],a [{unit}]", t * 1e3, a)
 
 
-def test_the_sleeve_of_repeats(tmp_path):
-    files = [curve(tmp_path / f"{k}.csv", 30e3 + 500 * k, k) for k in range(3)]
-    found = enclosure(files, material="ecoflex-00-30")
+@pytest.fixture(scope="module")
+def sleeve(tmp_path_factory):
+    """The result of three specimens, and the brake that was made of it."""
+    folder = tmp_path_factory.mktemp("sleeve")
+    files = [curve(folder / f"{k}.csv", 30e3 + 500 * k, k) for k in range(3)]
+    out = folder / "mine.toml"
+    found = enclosure(files, material="ecoflex-00-30", brake="choi2018-kapton", out=out)
+    return found, load(out)
+
+
+def test_the_sleeve_of_repeats(sleeve):
+    found, _ = sleeve
     assert found.modulus_100 == pytest.approx(2 * 30.5e3 * 1.75, rel=0.01)
     assert found.modulus_100_sd == pytest.approx(500 * 3.5, rel=0.2)
     assert found.model == "neo-hookean"
@@ -111,13 +120,10 @@ def test_the_modulus_goes_into_a_brake(tmp_path):
         enclosure([tmp_path / "a.csv"], brake="choi2018-kapton", out=out)
 
 
-def test_several_specimens_narrow_the_force_of_the_enclosure(tmp_path):
+def test_several_specimens_narrow_the_force_of_the_enclosure(sleeve):
     """The force goes with the root of modulus times friction, which is known within 1.5."""
-    out = tmp_path / "mine.toml"
-    files = [curve(tmp_path / f"{k}.csv", 30e3 + 500 * k, k) for k in range(3)]
-    found = enclosure(files, brake="choi2018-kapton", out=out)
+    found, made = sleeve
     relative = found.modulus_100_sd / found.modulus_100 / 3**0.5
-    made = load(out)
     due = (relative**2 + np.log(1.5) ** 2) ** 0.5 / 2
     assert rate_enclosure(made).enclosure.force_sd == pytest.approx(due, abs=1e-4)
     (tests,) = made.evidence
@@ -128,12 +134,9 @@ def test_several_specimens_narrow_the_force_of_the_enclosure(tmp_path):
     assert rate_enclosure(other).enclosure.force_sd == FORCE_UNCERTAINTY
 
 
-def test_a_brake_is_calibrated_with_the_uncertainty_of_its_tested_enclosure(tmp_path):
+def test_a_brake_is_calibrated_with_the_uncertainty_of_its_tested_enclosure(sleeve, tmp_path):
     """The enclosure's line of the budget is the tested one, as if the file stated it."""
-    out = tmp_path / "mine.toml"
-    files = [curve(tmp_path / f"{k}.csv", 30e3 + 500 * k, k) for k in range(3)]
-    enclosure(files, brake="choi2018-kapton", out=out)
-    made = load(out)
+    _, made = sleeve
     u = np.linspace(0, 0.03, 4000)
     force = np.asarray(force_at_elongation(u, 60e3, made.brake))
     pulls = [
@@ -191,6 +194,7 @@ def test_one_bad_file_is_named_and_the_brake_waits(tmp_path):
     assert "same measurement" in enclosure([good, same]).refused[str(same)]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (REAL / "silicone_tensile").is_dir(), reason="no real files here")
 def test_real_silicones_beside_their_data_sheets():
     files = sorted((REAL / "silicone_tensile").glob("*.csv"))

@@ -229,7 +229,7 @@ def _checks(trace: Trace) -> None:
 
 
 def test_damaged_files(tmp_path: Path) -> None:
-    _fuzz(tmp_path, int(os.environ.get("LAYERJAM_FUZZ", "500")), seed=1)
+    _fuzz(tmp_path, int(os.environ.get("LAYERJAM_FUZZ", "200")), seed=1)
 
 
 @pytest.mark.slow
@@ -295,7 +295,7 @@ def _fuzz_logs(folder: Path, count: int, seed: int) -> None:
 
 
 def test_damaged_logs(tmp_path: Path) -> None:
-    _fuzz_logs(tmp_path, int(os.environ.get("LAYERJAM_FUZZ", "500")), seed=3)
+    _fuzz_logs(tmp_path, int(os.environ.get("LAYERJAM_FUZZ", "200")), seed=3)
 
 
 HOSTILE = {
