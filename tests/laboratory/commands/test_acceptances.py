@@ -33,6 +33,7 @@ BRAKE = "choi2018-kapton"
 FRICTION = ("film.static", "film.kinetic")
 FITTED = ("scale_factor", "stiffness_measured")
 NUMBERS = (*FRICTION, *FITTED, "enclosure.modulus")
+SLED = virtual.Machine(sampling_rate=100.0, load_cell_noise=0.002, load_cell_range=10.0)
 FILES = 3
 """Number of files on which each acceptance rests."""
 
@@ -52,7 +53,9 @@ def accepted(tmp_path: Path) -> Path:
 
 def friction_tests(count: int) -> list[Trace]:
     return [
-        virtual.friction(0.32, 0.24, 2.45, repeat=n, static_sd=0.003, kinetic_sd=0.003)
+        virtual.friction(
+            0.32, 0.24, 2.45, machine=SLED, repeat=n, static_sd=0.003, kinetic_sd=0.003
+        )
         for n in range(1, count + 1)
     ]
 
@@ -84,7 +87,8 @@ def holds(count: int) -> list[Trace]:
     traces = []
     for number in range(count):
         hold = 10.0 ** (number % 4)
-        trace = virtual.friction(0.3 + 0.02 * np.log10(hold), 0.24, 2.45, repeat=number + 1)
+        static = 0.3 + 0.02 * np.log10(hold)
+        trace = virtual.friction(static, 0.24, 2.45, machine=SLED, repeat=number + 1)
         traces.append(dataclasses.replace(trace, facts=dataclasses.replace(trace.facts, hold=hold)))
     return traces
 
