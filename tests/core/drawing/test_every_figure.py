@@ -334,7 +334,13 @@ def test_figures_of_specimens(tmp_path: Path, count: int) -> None:
     assert faults(measurement_figures.draw_sleeve(*specimens(tmp_path, count))) == []
 
 
-@pytest.mark.parametrize("name", scenarios())
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(n, marks=pytest.mark.slow if n in ("seat-belt", "neck-guard") else [])
+        for n in scenarios()
+    ],
+)
 def test_figures_of_a_machine(name: str) -> None:
     for picture in machine_figures.draw_pictures(load_scenario(name).analyse()):
         assert faults(picture.figure()) == [], picture.name
