@@ -39,7 +39,7 @@ def lines_of(command: str, files: Files, run: Run, tmp_path: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("command", COMMANDS[:-1])
-@pytest.mark.parametrize("columns", [80, 60])
+@pytest.mark.parametrize("columns", [pytest.param(80, marks=pytest.mark.slow), 60])
 def test_tables_fit(
     run: Run, files: Files, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str,
     columns: int,
@@ -97,7 +97,7 @@ def test_completion_scripts_print(shell: str) -> None:
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+@pytest.mark.parametrize("shell", ["bash", pytest.param("zsh", marks=pytest.mark.slow), "fish"])
 def test_completion_is_installed_once(shell: str, tmp_path: Path) -> None:
     own = "alias ll='ls -l'"  # without a line end
     (tmp_path / ".bashrc").write_text(own)
