@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from layerjam.brake.mechanics.enclosure import enclosure_force, saturation_slip
-from layerjam.brake.mechanics.pull import force_at_elongation, peak
-from layerjam.laboratory.identify.calibration.forward import evaluate_law, pull_force
+from layerjam.brake.mechanics.pull import peak
+from layerjam.laboratory.identify.calibration.forward import pull_force
 from layerjam.laboratory.identify.shape import change_shape, drop_exponent
 from strategies import KAPTON, PTFE
 
@@ -64,21 +64,3 @@ def test_the_sleeves_factor_multiplies_its_force_and_keeps_its_saturation(brake)
         assert float(saturation_slip(vacuum, twice)) == pytest.approx(
             float(saturation_slip(vacuum, brake)), rel=1e-12
         )
-
-
-def test_the_band_is_the_scatter_of_the_law() -> None:
-    u = np.linspace(0.003, 0.04, 30)
-    covariance = np.diag([0.01, 0.02, 0.05]) ** 2
-    law, error = evaluate_law(u, 60e3, np.array([0.9, 1.2e5, 1.1]), covariance, KAPTON)
-    np.testing.assert_allclose(
-        law,
-        np.asarray(force_at_elongation(u, 60e3, change_shape(KAPTON, 0.9, 1.2e5, 1.1))),
-        rtol=1e-12,
-    )
-    z = np.random.default_rng(1).standard_normal((4000, 3)) * [0.01, 0.02, 0.05]
-    many = change_shape(
-        KAPTON,
-        *(v[:, None] for v in (0.9 * np.exp(z[:, 0]), 1.2e5 * np.exp(z[:, 1]), 1.1 + z[:, 2])),
-    )
-    drawn = np.asarray(force_at_elongation(u, 60e3, many)).std(axis=0)
-    np.testing.assert_allclose(error, drawn, rtol=0.05)

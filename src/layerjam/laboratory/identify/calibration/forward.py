@@ -4,7 +4,6 @@ A curve of tens of thousands of samples is reduced to means over sections of elo
 the curve bends and long where it is smooth. A section's weight is its number of samples.
 """
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -20,11 +19,11 @@ from layerjam.brake.mechanics.speed_effects import (
     name_speed_effects,
     test_speed,
 )
-from layerjam.brake.mechanics.tracing import in_double_precision, jax, jnp
+from layerjam.brake.mechanics.tracing import jax, jnp
 from layerjam.core.errors import FitError
 from layerjam.core.units import show
 from layerjam.laboratory.identify.curves import Curve, select_fitted_part
-from layerjam.laboratory.identify.shape import change_shape, drop_exponent
+from layerjam.laboratory.identify.shape import change_shape
 
 FINE, COARSE = 320, 320
 """Number of equally long sections below and above `NEAR_END` times the straight rise."""
@@ -105,31 +104,6 @@ def pull_force(
     brake = change_shape(brake, jnp.exp(parameters[0]), jnp.exp(parameters[1]), enclosure)
     taut = jnp.maximum(elongation - parameters[3] * onset, 0.0)
     return force_at_elongation(taut, vacuum, brake) + parameters[4] * height
-
-
-@functools.cache
-def _compile_band() -> Any:
-    def band(parameters: Any, elongation: Any, vacuum: Any, covariance: Any, brake: Brake) -> Any:
-        def curve(p: Any) -> Any:
-            return pull_force(p, elongation, vacuum, 1.0, 1.0, brake)
-
-        slope = jax.jacfwd(curve)(parameters)[:, :3]
-        return curve(parameters), jnp.sqrt(jnp.einsum("ui,ij,uj->u", slope, covariance, slope))
-
-    return jax.jit(band)
-
-
-@in_double_precision
-def evaluate_law(
-    elongation: np.ndarray, vacuum: float, shape: np.ndarray, covariance: np.ndarray, brake: Brake
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the force [N] at elongations [m] and its standard deviation [N], to first order.
-
-    `shape` is (a, k, enclosure factor); `covariance` (3, 3) is that of (ln a, ln k, factor).
-    """
-    parameters = np.array([np.log(shape[0]), np.log(shape[1]), shape[2], 0.0, 0.0])
-    force, error = _compile_band()(parameters, elongation, vacuum, covariance, drop_exponent(brake))
-    return np.asarray(force), np.asarray(error)
 
 
 def friction_growth(brake: Brake, speed: float | None, path: str) -> float:
