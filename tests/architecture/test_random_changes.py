@@ -95,6 +95,7 @@ def test_lines_follow_a_changed_source() -> None:
     assert record.old_lines("a.py", "# new\nx = 1\ny = 5\nz = 3\n") == {2: 1, 4: 3}
 
 
+@pytest.mark.slow
 @pytest.mark.timing
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the copies' processes are forked")
 def test_a_planted_change_is_noticed(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import json
 import re
 import shutil
@@ -48,6 +49,7 @@ REVEALED = (
 WRONG = ("[arg-type]", "[call-arg]", "[attr-defined]")
 
 
+@functools.cache
 def tracked() -> list[Path]:
     """Files git knows or would take; all files where there is no git."""
     command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
@@ -152,6 +154,7 @@ def test_ruff(command: list[str]) -> None:
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr
 
 
+@pytest.mark.slow
 def test_the_tree_and_a_users_script_are_typed(tmp_path: Path) -> None:
     """One run of mypy for both, for most of its time goes into reading the tree."""
     (tmp_path / "script.py").write_text(SCRIPT, encoding="utf-8")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -21,6 +23,7 @@ FALLS = {
 }
 
 
+@functools.cache
 def right(fall: str) -> tuple[float, float, float]:
     spring = 1 / (1 / ROPE + 1 / FILE.brake.stiffness_measured)
     return FallingVacuum(FILE.brake, 1.0, 2.0, spring, G, *FALLS[fall]).run()
