@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +16,7 @@ from layerjam.brake.commands.vacuum_line import rise
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.device.load import load
 from layerjam.brake.fluid.line_file import load_line
+from layerjam.brake.mechanics.arrays import map_leaves
 from layerjam.brake.mechanics.energy import slip_work
 from layerjam.brake.mechanics.stick_slip.laws import critical_speed
 from layerjam.workshop.commands.show import show
@@ -30,12 +32,20 @@ SHOWN = (
     "holding_force", "max_force", "usable_travel", "energy_capacity", "mass", "force_density",
     "sheet_stress", "clamp_stress", "buckling_force",
 )  # fmt: skip
-_batch, stopped = jax.jit(merits), jax.jit(run_stops, static_argnames="max_series")
+
+
+def in_numpy(function, *arguments):
+    """By NumPy, which compiles nothing; `test_jax_computes_the_same` compares it with JAX."""
+    with np.errstate(all="ignore"):
+        return function(*map_leaves(lambda v: np.asarray(v, float)[()], arguments))
 
 
 def batch(point, base, *more):
-    """Compiled once for all single designs: every number is a float64 array."""
-    return _batch(*jax.tree.map(lambda v: jnp.asarray(v, float), (point, base, *more)))
+    return in_numpy(merits, point, base, *more)
+
+
+def stopped(point, base, need, max_series):
+    return in_numpy(partial(run_stops, max_series=max_series), point, base, need)
 
 
 def file_of(brake) -> BrakeFile:
@@ -63,6 +73,22 @@ def test_a_weighed_brake_keeps_its_mass():
     sheets = 11 * 0.085 * 0.013 * 0.254e-3 * 1420
     sleeve = 2 * 1e-3 * 11 * 0.254e-3 * 0.09 * brake.enclosure.density
     assert float(batch(more, brake)["mass"]) == pytest.approx(0.0213 + sheets + sleeve, rel=1e-9)
+
+
+def test_jax_computes_the_same():
+    point = make_point(KAPTON, 8e4)
+    made = jax.jit(merits)(*jax.tree.map(np.float64, (point, KAPTON)))
+    for name, value in batch(point, KAPTON).items():
+        assert float(made[name]) == pytest.approx(float(value), rel=1e-12), name
+
+
+@pytest.mark.slow
+def test_jax_computes_the_same_stops():
+    need = StopRequirement(mass=4.0, speed=2.9, horizontal=True)
+    point = make_point(KAPTON, 94.5e3)._replace(series=3.0)
+    made = jax.jit(run_stops, static_argnames="max_series")(point, KAPTON, need, max_series=3)
+    for name, value in stopped(point, KAPTON, need, max_series=3).items():
+        assert float(made[name]) == pytest.approx(float(value), rel=1e-12), name
 
 
 def test_arrays_give_what_single_designs_give():
