@@ -371,8 +371,8 @@ def test_too_many_designs_are_left_to_sweep():
         design(read(text))
 
 
+@pytest.mark.slow
 def test_the_examples_are_answered_and_drawn(tmp_path):
-
     asked = load_spec("wrist")
     answer = design(asked)
     assert answer.feasible

@@ -82,7 +82,7 @@ def test_a_body_in_its_strap_is_what_another_integrator_finds(chains: int, serie
     assert np.ptp(slips) < 1e-6 * slips.max()
     strap = make_strap(chains, series, VACUUM, webbing, FAST)
     assert not bool(can_snap(strap))
-    for steps in (1000, 2000, 4000):
+    for steps in (1000, 4000):
         free, dt, change = make_drive("haversine", 4.0, duration, until - duration, steps, Path())
         assert change == pytest.approx(4.0, rel=1e-6)
         made = simulate_ride(free, dt, body, strap)
@@ -90,8 +90,8 @@ def test_a_body_in_its_strap_is_what_another_integrator_finds(chains: int, serie
         errors.append(abs(made.slip[-1] / slips.sum() - 1))
     assert made.way.max() == pytest.approx(way, rel=2e-4)
     assert made.force.max() == pytest.approx(force, rel=2e-4)
-    assert errors[2] < 2e-4
-    assert errors[2] < 0.5 * errors[0]
+    assert errors[1] < 2e-4
+    assert errors[1] < 0.5 * errors[0]
     # lanes are single rides
     most = simulate_extremes(
         free, dt, body, make_strap(np.array([2, chains]), series, VACUUM, webbing, FAST)
