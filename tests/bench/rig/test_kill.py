@@ -46,7 +46,7 @@ def count(path: Path) -> int:
         return 0
 
 
-@pytest.mark.parametrize("kills", [3, pytest.param(KILLS, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kills", [2, pytest.param(KILLS, marks=pytest.mark.slow)])
 def test_killed_and_started_again_it_has_every_sample_once(kills: int, tmp_path: Path) -> None:
     path, draw = tmp_path / "a.ljrun", random.Random(kills)
     with gateway("sim:choi2018") as (port, _):

@@ -40,6 +40,14 @@ def client(port: int) -> Iterator[Client]:
     made.close()
 
 
+@pytest.fixture(scope="module")
+def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[int, Path]]:
+    """Port of a gateway with a token, and the file of the token."""
+    file = tmp_path_factory.mktemp("guarded") / "token"
+    with gateway("sim:choi2018", token_file=str(file)) as (number, _):
+        yield number, file
+
+
 def test_it_says_who_it_is(client: Client) -> None:
     maker, model, serial, version = client.ask("*IDN?").split(",")
     assert (maker, model, serial) == ("layerjam", "virtual bench", "SIM-choi2018")
@@ -239,53 +247,48 @@ def test_a_token(tmp_path: Path) -> None:
             made.close()
 
 
-def test_guests_take_no_session_and_off_is_always_heard(tmp_path: Path) -> None:
+def test_guests_take_no_session_and_off_is_always_heard(guarded: tuple[int, Path]) -> None:
     """Clients without the token neither fill the sessions nor keep outputs on."""
-    file = tmp_path / "token"
-    with gateway("sim:choi2018", token_file=str(file)) as (number, _):
-        guests = [Client(number) for _ in range(40)]
-        assert all(guest.ask("*IDN?") for guest in guests)
-        with open_bench(f"tcp:127.0.0.1:{number}?token={file}") as bench:
-            bench.safe_state, bench.vent_rest = "release", "open"
-            bench.regulator = regulator()
-            bench.target = 40e3
-            for guest in guests[:2]:
-                bench.output = True
-                assert bench.output
-                guest.send("OUTP OFF")
-                assert guest.error() == 0 and not bench.output
-        for guest in guests:
-            guest.close()
+    number, file = guarded
+    guests = [Client(number) for _ in range(40)]
+    assert all(guest.ask("*IDN?") for guest in guests)
+    with open_bench(f"tcp:127.0.0.1:{number}?token={file}") as bench:
+        bench.safe_state, bench.vent_rest = "release", "open"
+        bench.regulator = regulator()
+        bench.target = 40e3
+        for guest in guests[:2]:
+            bench.output = True
+            assert bench.output
+            guest.send("OUTP OFF")
+            assert guest.error() == 0 and not bench.output
+    for guest in guests:
+        guest.close()
 
 
-def test_who_may_start_nothing_has_nothing_pending(tmp_path: Path) -> None:
+def test_who_may_start_nothing_has_nothing_pending(guarded: tuple[int, Path]) -> None:
     """`*OPC?` without the token: 1 at once, though a capture waits, and for our driver a reason."""
-    file = tmp_path / "token"
-    with gateway("sim:choi2018", token_file=str(file)) as (number, _):
-        address = f"tcp:127.0.0.1:{number}"
-        with open_bench(f"{address}?token={file}") as bench:
-            bench.tell("TRIG:SOUR BUS;:INIT")
-            guest, begun = Client(number), time.monotonic()
-            assert guest.ask("*OPC?") == "1" and time.monotonic() - begun < 3
-            guest.send("*OPC?;:OUTP ON")
-            assert guest.error() == -203
-            assert bench.ask("FETC:ACC:STAT?").startswith("WAITING")
-            with open_bench(address) as other, pytest.raises(InstrumentError) as refused:
-                other.status()
-            assert refused.value.code == -203 and 'CEN "token" first' in str(refused.value)
-            assert "?token=FILE" in str(refused.value)
-            guest.close()
-            bench.tell("ABOR")
+    number, file = guarded
+    address = f"tcp:127.0.0.1:{number}"
+    with open_bench(f"{address}?token={file}") as bench:
+        bench.tell("TRIG:SOUR BUS;:INIT")
+        guest, begun = Client(number), time.monotonic()
+        assert guest.ask("*OPC?") == "1" and time.monotonic() - begun < 3
+        guest.send("*OPC?;:OUTP ON")
+        assert guest.error() == -203
+        assert bench.ask("FETC:ACC:STAT?").startswith("WAITING")
+        with open_bench(address) as other, pytest.raises(InstrumentError) as refused:
+            other.status()
+        assert refused.value.code == -203 and 'CEN "token" first' in str(refused.value)
+        assert "?token=FILE" in str(refused.value)
+        guest.close()
+        bench.tell("ABOR")
 
 
-def test_a_token_file_of_another_gateway(tmp_path: Path) -> None:
+def test_a_token_file_of_another_gateway(guarded: tuple[int, Path], tmp_path: Path) -> None:
     other = tmp_path / "other"
     make_token(other)
-    with (
-        gateway("sim:choi2018", token_file=str(tmp_path / "token")) as (number, _),
-        pytest.raises(LayerjamError, match="a different token"),
-    ):
-        open_bench(f"tcp:127.0.0.1:{number}?token={other}")
+    with pytest.raises(LayerjamError, match="a different token"):
+        open_bench(f"tcp:127.0.0.1:{guarded[0]}?token={other}")
 
 
 def test_a_guest_does_not_keep_a_silent_client_running(tmp_path: Path) -> None:
