@@ -35,8 +35,8 @@ CASES = {
 }
 
 
-COMPILED = ("without spacers", "with a damped rope")
-"""Stops that JAX compiles for half a minute."""
+COMPILED = ("without spacers", "with a speed law", "with a leak", "with a damped rope")
+"""Stops that JAX compiles for up to half a minute."""
 
 
 @pytest.mark.usefixtures("without_speed_scatter")
