@@ -164,6 +164,12 @@ def test_the_kernel_has_only_effects_that_it_can_apply() -> None:
         parameters(frost)
     with pytest.raises(QuantityError, match="effects.humidity: an FMU does not have this effect"):
         brake_values(wet)
+
+
+@pytest.mark.slow
+def test_a_history_with_another_effect_is_followed_by_the_law() -> None:
+    plain = KAPTON.brake
+    frost = read('[effects.frost]\ndepth = "0.2 mm"\n')
     elongation = np.linspace(0.0, 0.01, 40)
     vacuum = np.full(40, 3e4)
     cycle, engine = follow_history(elongation, vacuum, frost.brake)
@@ -186,9 +192,10 @@ def test_the_page_of_entry_points_is_read_only_for_effects(monkeypatch: pytest.M
 def test_jax_traces_the_numbers_of_an_effect_and_not_its_answers() -> None:
     import jax
 
-    from layerjam.brake.mechanics.tracing import double_precision
+    from layerjam.jax import double_precision, register_records
 
     wet, frost = read(WET).brake, read('[effects.frost]\ndepth = "0.2 mm"\n').brake
+    register_records()  # the classes of the effects are younger than those of the brake
     with double_precision():
         for brake in (wet, frost):
             slope = jax.grad(lambda b: brake_force(0.02, 6e4, b))(brake)

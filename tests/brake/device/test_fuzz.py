@@ -15,7 +15,7 @@ from layerjam.brake.device.load import catalogue, load, materials
 from layerjam.core.errors import LayerjamError
 from layerjam.core.toml_files.source import Source
 
-QUICK, SLOW = 3000, cases(20_000, 8000)
+QUICK, SLOW = 1200, cases(20_000, 8000)
 TEXTS = [load(name).text for name in catalogue()]
 MATERIALS = materials()
 PIECES = [

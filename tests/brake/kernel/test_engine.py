@@ -38,6 +38,12 @@ NAMES = ("choi2018-kapton", "choi2018-ptfe", "choi2018-polyester", "choi2018-ptf
 FULL = 94.5e3
 
 
+@pytest.fixture(autouse=True)
+def one_length(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All pulls here fit into one block, so that the law is compiled once."""
+    monkeypatch.setattr(engine, "BLOCK", 3 * 512)
+
+
 @contextmanager
 def switched(said: str) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
