@@ -276,9 +276,16 @@ while True:
 """
 
 
-def test_killed_at_any_moment_it_leaves_a_whole_folder_or_none(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "delays",
+    [(0.01, 0.06), pytest.param((0.002, 0.03, 0.11), marks=pytest.mark.slow)],
+    ids=["two", "three"],
+)
+def test_killed_at_any_moment_it_leaves_a_whole_folder_or_none(
+    delays: tuple[float, ...], tmp_path: Path
+) -> None:
     place = tmp_path / "k"
-    for delay in (0.002, 0.01, 0.03, 0.06, 0.11):
+    for delay in delays:
         process = subprocess.Popen(
             [sys.executable, "-c", KILLED, str(place)], stdout=subprocess.PIPE, text=True
         )

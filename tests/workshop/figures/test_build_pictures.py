@@ -30,7 +30,7 @@ BRAKES = {
 }
 
 
-QUICK = ("odd", "two sheets")
+QUICK = ("two sheets",)
 
 
 def world_of(file: BrakeFile) -> Scene:
@@ -104,7 +104,7 @@ def test_the_words_of_every_picture_can_be_read(name: str) -> None:
         assert faults(figure) == [], shown
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", [*QUICK, pytest.param("odd", marks=pytest.mark.slow)])
 def test_every_part_is_seen_where_its_name_points(name: str) -> None:
     shots = build_pictures.make_shots(world_of(BRAKES[name]))
     for shown, (shot, labels) in shots.items():
