@@ -155,7 +155,9 @@ def at_room(loop: Regulator, steps: float) -> float:
     return at if tube is None else min(at, tube.vacuum)
 
 
-@pytest.mark.parametrize("steps", [2.0, 3.4, 8.0, 30.0])
+@pytest.mark.parametrize(
+    "steps", [2.0, 3.4, *(pytest.param(n, marks=pytest.mark.slow) for n in (8.0, 30.0))]
+)
 @pytest.mark.parametrize("plant", ["air", "paper"])
 def test_two_steps_of_room_do_in_air(plant: str, steps: float) -> None:
     """The paper's 94.5 kPa leaves 3.4 steps."""
@@ -171,7 +173,7 @@ def test_water_takes_the_room_of_a_sample_more(plant: str, steps: float) -> None
     assert each_fault(loop, at_room(loop, steps)) == ALL
 
 
-@pytest.mark.parametrize("steps", [8.0, 20.0])
+@pytest.mark.parametrize("steps", [8.0, pytest.param(20.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("plant", ["tube", "wide-tube"])
 def test_a_block_behind_a_tube_is_named(plant: str, steps: float) -> None:
     """Tubes that hold a third and nearly all of the chamber's gas besides."""
