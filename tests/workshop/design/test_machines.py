@@ -64,6 +64,7 @@ def test_the_seat_belt_s_brakes_are_far_too_few(results: dict[str, Result]) -> N
     assert not own["needed_meets_loads"] and "ideal limiter" in made.verdict
 
 
+@pytest.mark.slow
 def test_two_dozen_brakes_hold_what_the_energy_asks_for(results: dict[str, Result]) -> None:
     """75 kg at 2 m/s: 150 J at 7.03 J a brake are 21.3, and they stop in the space."""
     made = results["slow-stop"]
@@ -87,7 +88,7 @@ def test_two_dozen_brakes_hold_what_the_energy_asks_for(results: dict[str, Resul
     assert not soft.feasible and "time to reach the vacuum" in soft.reason
 
 
-@pytest.mark.parametrize("vacuum", ["94.5 kPa", "40 kPa"])
+@pytest.mark.parametrize("vacuum", [pytest.param("94.5 kPa", marks=pytest.mark.slow), "40 kPa"])
 def test_the_seat_belt_s_capacity_is_at_its_own_vacuum(vacuum: str) -> None:
     """The area under force over slip, by trapezia: it falls with the scenario's vacuum."""
     made = changed("seat-belt", brakes__vacuum=f'"{vacuum}"').analyse()
