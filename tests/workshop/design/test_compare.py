@@ -172,6 +172,7 @@ def test_a_catalogue_that_says_too_little_is_refused(old: str, new: str, said: s
         read_published_devices(GOOD.replace(old, new), "x.toml")
 
 
+@pytest.mark.slow
 def test_the_picture_is_drawn(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     from layerjam.workshop.figures.density_figures import draw_density, save

@@ -111,7 +111,7 @@ def test_a_block_without_a_find_is_kept_too(tmp_path):
     np.testing.assert_equal(answer.chosen, design(asked).chosen)
 
 
-@pytest.mark.parametrize("at", [1, 4, TOTAL])
+@pytest.mark.parametrize("at", [1, pytest.param(4, marks=pytest.mark.slow), TOTAL])
 def test_stopped_from_the_keyboard_it_goes_on(tmp_path, whole, at):
     seen = []
 
