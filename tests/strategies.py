@@ -10,15 +10,14 @@ import jax
 import numpy as np
 from hypothesis import strategies as st
 
+import layerjam.jax  # noqa: F401
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.enclosure import Enclosure
 from layerjam.brake.device.load import load
 from layerjam.brake.device.mount import Mount, Site
 from layerjam.brake.device.sheets import Film, Sheets
-from layerjam.brake.mechanics.tracing import register_records
 from layerjam.laboratory.identify.curves import Curve
 
-register_records()
 KAPTON = load("choi2018-kapton").brake
 PTFE = load("choi2018-ptfe").brake
 BARE_CURVE = Curve(

@@ -4,6 +4,6 @@ A law that is called with arrays of JAX makes every record a pytree by itself. I
 first, as in ``jax.grad(energy)(brake)``, it needs ``import layerjam.jax`` before.
 """
 
-from layerjam.brake.mechanics.tracing import double_precision, register_records
+from layerjam.brake.mechanics.tracing import double_precision
 
-__all__ = ["double_precision", "register_records"]
+__all__ = ["double_precision"]

@@ -8,7 +8,7 @@ import functools
 import math
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
@@ -339,7 +339,15 @@ def like(spec: QuantitySpec, text: str = "", *, default: Any = MISSING) -> Any:
 
 
 RECORDS: list[type] = []
-"""Every class decorated with `record`; the mechanics registers them with JAX."""
+"""Every class decorated with `record`."""
+_followers: list[Callable[[type], None]] = []
+
+
+def follow_records(function: Callable[[type], None]) -> None:
+    """Call a function with each record class, now and whenever a further one is defined."""
+    _followers.append(function)
+    for known in RECORDS:
+        function(known)
 
 
 @dataclass_transform(
@@ -356,6 +364,8 @@ def record(cls: type[T]) -> type[T]:
     cls.__post_init__ = _convert_quantities  # type: ignore[attr-defined]
     dataclass_type = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))
     RECORDS.append(dataclass_type)
+    for function in _followers:
+        function(dataclass_type)
     return dataclass_type
 
 

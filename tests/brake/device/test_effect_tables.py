@@ -21,6 +21,7 @@ from layerjam.core import plugins
 from layerjam.core.errors import FileError, QuantityError
 from layerjam.core.toml_files import plugin_tables
 from layerjam.core.toml_files.source import Source
+from layerjam.core.units import quantity, record
 from layerjam.interop.fmi import brake_values
 from layerjam.laboratory.commands.calibration import calibrate
 from layerjam.laboratory.identify.origin import describe_origin
@@ -192,10 +193,9 @@ def test_the_page_of_entry_points_is_read_only_for_effects(monkeypatch: pytest.M
 def test_jax_traces_the_numbers_of_an_effect_and_not_its_answers() -> None:
     import jax
 
-    from layerjam.jax import double_precision, register_records
+    from layerjam.jax import double_precision
 
     wet, frost = read(WET).brake, read('[effects.frost]\ndepth = "0.2 mm"\n').brake
-    register_records()  # the classes of the effects are younger than those of the brake
     with double_precision():
         for brake in (wet, frost):
             slope = jax.grad(lambda b: brake_force(0.02, 6e4, b))(brake)
@@ -205,6 +205,19 @@ def test_jax_traces_the_numbers_of_an_effect_and_not_its_answers() -> None:
         by_slope = jax.grad(lambda b: brake_force(0.02, 6e4, b))(wet).effects[0].slope
     plain = float(sheet_friction(0.02, 6e4, KAPTON.brake))
     assert by_slope == pytest.approx(plain * (0.8 - 0.5), rel=1e-12)
+
+
+def test_a_class_of_records_defined_after_jax_was_imported_is_a_pytree() -> None:
+    import jax
+
+    import layerjam.jax  # noqa: F401
+
+    @record
+    class Frost:
+        depth: float = quantity("m", "thickness of the frost", hi=1e-3)
+
+    doubled = jax.tree.map(lambda leaf: 2 * leaf, Frost(depth=2e-4))
+    assert doubled == Frost(depth=4e-4)
 
 
 @pytest.mark.slow

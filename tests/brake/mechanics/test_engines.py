@@ -12,13 +12,13 @@ import jax
 import numpy as np
 import pytest
 
+import layerjam.jax  # noqa: F401
 from layerjam import laws
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.hyperelastic import Hyperelastic
 from layerjam.brake.device.speed_law import SpeedLaw
 from layerjam.brake.kernel.compiler import find_on_path
 from layerjam.brake.kernel.kernel import Kernel
-from layerjam.brake.mechanics.tracing import register_records
 from layerjam.brake.simulate.batch import batch
 from layerjam.core.errors import QuantityError
 from layerjam.core.units import quantity, record
@@ -42,9 +42,6 @@ class Warmth:
     def friction_factor(self, vacuum: Any, brake: Brake) -> Any:
         """Return the friction relative to that without the effect."""
         return 1 - 4e-3 * self.rise
-
-
-register_records()
 
 
 def draw(seed: int, low: float, high: float) -> np.ndarray:

@@ -20,12 +20,10 @@ import numpy as np
 from layerjam.brake.mechanics.compilation import keep_compiled_code
 from layerjam.core.errors import PlatformError, PrecisionError
 from layerjam.core.evolve import field_names
-from layerjam.core.units import RECORDS, FlagSpec
+from layerjam.core.units import FlagSpec, follow_records
 
 __all__ = ["Program", "double_precision", "in_double_precision", "is_tracing", "jax", "jnp"]
-__all__ += ["register_records"]
 F = TypeVar("F", bound=Callable[..., Any])
-_known_records: set[type] = set()
 
 
 @contextlib.contextmanager
@@ -66,15 +64,8 @@ _check_platforms()
 keep_compiled_code()
 
 
-def register_records() -> None:
-    """Make every record class a JAX pytree, so that brakes can be traced, batched and stacked."""
-    for cls in RECORDS[len(_known_records) :]:
-        _register(cls)
-        _known_records.add(cls)
-
-
 def _register(cls: type) -> None:
-    """Register one record class.
+    """Make a record class a JAX pytree, so that brakes can be traced, batched and stacked.
 
     JAX stores arrays and placeholders in it, which bypasses the constructor's checks.
     """
@@ -109,7 +100,7 @@ def _make_field_reader(name: str) -> Callable[[Any], tuple[Any, ...]]:
     return lambda rec: (getattr(rec, name),)
 
 
-register_records()
+follow_records(_register)
 
 
 def double_precision() -> AbstractContextManager[None]:
@@ -123,7 +114,6 @@ def in_double_precision(function: F) -> F:
 
     @functools.wraps(function)
     def wrapper(*args: Any, **keywords: Any) -> Any:
-        register_records()
         with double_precision():
             return function(*args, **keywords)
 
@@ -156,7 +146,6 @@ class Program:
 
     def __call__(self, has_jax: bool, *args: Any, **static: Any) -> Any:
         """Return the function's result; `has_jax`: whether an argument is an array of JAX."""
-        register_records()  # an effect from another package
         is_double = jax.config.jax_enable_x64
         if has_jax and is_double:
             return self._jitted(*args, **static)
