@@ -39,18 +39,21 @@ def every(sources: dict[str, str]) -> list[Mutant]:
     return mutate(sources)
 
 
+@pytest.mark.slow
 def test_a_seed_draws_the_same_sample(every: list[Mutant]) -> None:
     assert draw(every, 50, 7) == draw(every[::-1], 50, 7)
     assert draw(every, 20, 7) == draw(every, 50, 7)[:20]
     assert not set(draw(every, 50, 7)) & set(draw(every, 50, 8))
 
 
+@pytest.mark.slow
 def test_each_folder_has_mutants(every: list[Mutant]) -> None:
     counts = Counter(mutant.folder for mutant in every)
     assert set(counts) == set(FOLDERS) and min(counts.values()) > 200
     assert len(set(every)) == len(every)
 
 
+@pytest.mark.slow
 def test_every_mutant_changes_its_file_and_parses(
     every: list[Mutant], sources: dict[str, str]
 ) -> None:

@@ -22,10 +22,10 @@ def practice(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 LONG = (
-    "README.md", "bayes.md", "design.md", "first-bench.md", "first-calibration.md", "gallery.md",
-    "impact.md", "models.md", "records.md", "stick-slip.md", "vacuum.md",
+    "README.md", "bayes.md", "bench.md", "build.md", "design.md", "first-bench.md",
+    "first-calibration.md", "gallery.md", "impact.md", "models.md", "records.md", "report.md", "stick-slip.md", "vacuum.md",
 )  # fmt: skip
-"""Pages that compile, sample or wait for ten seconds and more."""
+"""Pages that compile, sample or wait for seconds."""
 PAGES = [
     pytest.param(p, id=str(p.relative_to(examples.ROOT)),
                  marks=[pytest.mark.slow] if p.name in LONG else [])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import re
 from contextlib import asynccontextmanager
 
@@ -29,7 +30,11 @@ async def standing(kind, link=""):
             return Seen
 
     tab = Only(kind.name, kind.__name__, "")
-    async with user_simulation(lambda: build_frame(link, [tab], lambda: None)) as user:
-        user.javascript_rules |= LIGHT
-        await user.open("/")
-        yield user, pages
+    gc.freeze()  # the simulation searches all garbage, of all tests before this one as well
+    try:
+        async with user_simulation(lambda: build_frame(link, [tab], lambda: None)) as user:
+            user.javascript_rules |= LIGHT
+            await user.open("/")
+            yield user, pages
+    finally:
+        gc.unfreeze()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from pathlib import Path
 
@@ -27,15 +28,17 @@ FLAG = re.compile(r"(?<![\w-])--[a-z]")
 ROOT = Path(layerjam.__file__).parent
 
 
+@functools.cache
 def said_in(path):
     """The texts of a source file in which a flag stands, f-strings with a word for each value."""
+    texts = []
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.JoinedStr):
-            yield "".join(
-                str(v.value) if isinstance(v, ast.Constant) else "12 kPa" for v in node.values
-            )
+            words = (str(v.value) if isinstance(v, ast.Constant) else "12 kPa" for v in node.values)
+            texts.append("".join(words))
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            yield node.value
+            texts.append(node.value)
+    return texts
 
 
 def test_every_sentence_of_the_source_loses_its_flags():

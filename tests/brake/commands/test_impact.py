@@ -17,6 +17,7 @@ CASE = {"mass": "1 kg", "speed": "2.5 m/s", "vacuum": "tuned", "travel": "40 mm"
         "rope_stiffness": "20 kN/m"}  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_damped_rope_takes_energy_that_the_tuned_vacuum_counted_on():
     plain = drop("choi2018-kapton", **CASE)
     damped = drop("choi2018-kapton", **CASE, rope_damping="50 N*s/m")
@@ -67,6 +68,7 @@ def test_a_snap_in_a_rising_history_gives_its_reason_not_a_remark():
     assert 2400 < answer.least_stiffness < 2579
 
 
+@pytest.mark.slow
 def test_not_stopped_yet():
     answer = drop(
         "choi2018-kapton", mass="1 kg", speed="2.5 m/s", vacuum="94.5 kPa", duration="5 ms",

@@ -234,7 +234,9 @@ CUT = evolve(
 """A brake with that shorter overlap, and an enclosure of the same length."""
 
 
-@pytest.mark.parametrize("model", ["force", "tensile", "drop", "tune"])
+@pytest.mark.parametrize(
+    "model", ["force", pytest.param("tensile", marks=pytest.mark.slow), "drop", "tune"]
+)
 def test_every_model_applies_a_change_with_slip_that_none_of_them_knows(model):
     """The sheets of a shorter overlap are also stiffer, which the stack of them would show."""
     bent, cut, cold = (np.asarray(MODELS[model](b), float) for b in (BENT, CUT, COLD))

@@ -52,15 +52,7 @@ EXPONENT += ("peak_force", "least_stiffness", "vacuum_for_force", "energy_capaci
 EXPONENT += ("force_limits_low", "force_limits_high", "peak_vacuum", "self_closing_vacuum")
 """Laws that a pressure exponent changes, without those made of them."""
 CASES = [pytest.param(name, False, id=name) for name in LAWS]
-CASES += [
-    pytest.param(
-        name,
-        True,
-        id=f"{name}-exponent",
-        marks=() if name in EXPONENT else pytest.mark.slow,
-    )
-    for name in LAWS
-]
+CASES += [pytest.param(name, True, id=f"{name}-exponent", marks=pytest.mark.slow) for name in LAWS]
 
 
 def floats(brakes):

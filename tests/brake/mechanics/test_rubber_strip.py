@@ -77,6 +77,7 @@ def test_nested_loops_agree_with_a_chain_of_sliders(name: str) -> None:
     assert (off[1] < 0.01).all() and (off[1] < 0.5 * off[0]).all()
 
 
+@pytest.mark.slow
 def test_a_vacuum_that_rises_agrees_with_the_chain_and_one_that_falls_is_not_known() -> None:
     slip = 0.02 * path(0, 1, 0.9, 1.3, steps=4)
     vacuum = np.where(np.arange(len(slip)) < 7, 1e3, 4e3)

@@ -271,7 +271,9 @@ def test_no_standstill_is_passed_over_and_the_peak_is_the_greatest_force_met():
 
 
 @pytest.mark.parametrize("of", ["slip", "peak_force", "heat"])
-@pytest.mark.parametrize("field", ["scale_factor", "stiffness"])
+@pytest.mark.parametrize(
+    "field", ["scale_factor", pytest.param("stiffness", marks=pytest.mark.slow)]
+)
 def test_gradients_with_respect_to_brake_and_spring(of, field):
     def value(change):
         brake, spring = KAPTON, SPRING

@@ -209,6 +209,7 @@ def test_a_vacuum_that_changes_is_what_another_integrator_finds(end: float) -> N
     assert timed.time == pytest.approx(time, rel=3e-5)
 
 
+@pytest.mark.slow
 def test_after_the_standstill_the_sheets_creep_on_and_come_to_rest() -> None:
     timed, record = drop_in_time(FAST, vacuum=94.5e3, duration=0.15, **CASE)
     assert timed.outcome is Outcome.STOPPED

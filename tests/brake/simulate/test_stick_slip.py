@@ -94,7 +94,12 @@ def test_a_little_more_breaks_loose() -> None:
 @pytest.mark.parametrize("exact", [True, False])
 @pytest.mark.parametrize(
     ("kinetic", "rise", "speed"),
-    [(175.4, 1 / 3, 1e-3), (175.4, 1 / 3, 1.0), (51.8, 1.4, 1e-3), (51.8, 1.4, 0.3)],
+    [
+        (175.4, 1 / 3, 1e-3),
+        (51.8, 1.4, 0.3),
+        pytest.param(175.4, 1 / 3, 1.0, marks=pytest.mark.slow),
+        pytest.param(51.8, 1.4, 1e-3, marks=pytest.mark.slow),
+    ],
 )
 def test_undamped_block_follows_the_closed_form(
     exact: bool, kinetic: float, rise: float, speed: float
@@ -213,6 +218,7 @@ def test_the_tolerance_is_kept() -> None:
         assert found == pytest.approx(best, rel=100 * tolerance)
 
 
+@pytest.mark.slow
 def test_batched_runs_equal_single_ones() -> None:
     speeds = np.geomspace(1e-3, 5, 4)
     at = block(damping=3.0, stribeck=1e-2, speed=speeds)

@@ -146,6 +146,7 @@ def test_beyond_the_usable_travel_is_said() -> None:
     assert len(record.warnings) == 1 and "usable travel of 60 mm" in record.warnings[0]
 
 
+@pytest.mark.slow
 def test_snaps_on_a_soft_rig() -> None:
     least = float(least_stiffness(94.5e3, KAPTON.brake))
     for k, outcome in ((0.99 * least, Outcome.SNAPS), (1.01 * least, Outcome.FINISHED)):

@@ -336,10 +336,7 @@ def test_figures_of_specimens(tmp_path: Path, count: int) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(n, marks=pytest.mark.slow if n in ("seat-belt", "neck-guard") else [])
-        for n in scenarios()
-    ],
+    [pytest.param(n, marks=[] if n == "rehabilitation" else pytest.mark.slow) for n in scenarios()],
 )
 def test_figures_of_a_machine(name: str) -> None:
     for picture in machine_figures.draw_pictures(load_scenario(name).analyse()):

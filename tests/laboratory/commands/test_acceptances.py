@@ -323,6 +323,7 @@ def designed(folder: Path, brake: object, film: object = None) -> tuple[Any, Bra
     return result, brake_of(result, result.chosen["number"])
 
 
+@pytest.mark.slow
 def test_a_design_carries_those_of_its_brake_and_of_its_film(
     accepted: Path, tmp_path: Path
 ) -> None:

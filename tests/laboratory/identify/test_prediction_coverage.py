@@ -104,7 +104,11 @@ def test_an_exponent_that_pulls_show_widens_what_is_predicted_far_from_them() ->
     assert found[1] > 0.08
 
 
-@pytest.mark.parametrize("case", [NEAR, FAR_CASES[0]], ids=lambda c: c.name.replace(" ", "-"))
+@pytest.mark.parametrize(
+    "case",
+    [NEAR, pytest.param(FAR_CASES[0], marks=pytest.mark.slow)],
+    ids=lambda c: c.name.replace(" ", "-"),
+)
 def test_predictions_hold(case) -> None:
     """In 40 campaigns, as often as at least 92 % allow, but for one in ten thousand."""
     tally = measure(case, 40, SEED + 1)

@@ -280,6 +280,7 @@ def test_constraints_that_exclude_each_other_are_named_together():
     assert len(answer.excludes) == 1
 
 
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None)
 @given(
     st.floats(20, 700), st.floats(14, 30), st.floats(2, 40), st.floats(1, 12), st.floats(60, 130)

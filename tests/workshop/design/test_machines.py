@@ -39,6 +39,7 @@ def results() -> dict[str, Result]:
 # the machines
 
 
+@pytest.mark.slow
 def test_the_seat_belt_s_limiter_just_uses_the_space(results: dict[str, Result]) -> None:
     own, numbers = results["seat-belt"].own, results["seat-belt"].scenario
     assert own["limiter_excursion"] == pytest.approx(numbers.limits.space, rel=1e-3)

@@ -68,7 +68,9 @@ def thrown(push: Any, until: float, chains: int, series: int, body: Body, webbin
     return rows[0].max(), max(force(row) for row in rows.T), made.y[2:, -1]
 
 
-@pytest.mark.parametrize(("chains", "series"), [(16, 1), (10, 3)])
+@pytest.mark.parametrize(
+    ("chains", "series"), [pytest.param(16, 1, marks=pytest.mark.slow), (10, 3)]
+)
 def test_a_body_in_its_strap_is_what_another_integrator_finds(chains: int, series: int) -> None:
     duration = 0.06
     body, webbing = Body(20.0, 1.2, 0.002), 2e5

@@ -100,7 +100,10 @@ def test_two_cuts_in_one_plane_leave_no_skin() -> None:
     assert make_mesh(Solid("thin", (block, pocket, hole))).hole_count == 1
 
 
-@pytest.mark.parametrize("name", sorted(THROUGH))
+@pytest.mark.parametrize(
+    "name",
+    [n if n in ("plate", "sleeve") else pytest.param(n, marks=pytest.mark.slow) for n in THROUGH],
+)
 def test_the_step_file_read_back(name: str, tmp_path, capfd) -> None:
     part = parts_of()[name].solid
     data = write_step(part, "1")
