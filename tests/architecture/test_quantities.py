@@ -16,7 +16,8 @@ import layerjam
 from layerjam.core.command.declare import load_command
 from layerjam.core.command.index import commands
 from layerjam.core.errors import QuantityError
-from layerjam.core.units import RECORDS, QuantitySpec
+from layerjam.core.record_classes import RECORDS
+from layerjam.core.units import QuantitySpec
 
 APART = {
     # parts of a device that have the same word for different things

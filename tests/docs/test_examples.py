@@ -23,7 +23,8 @@ def practice(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 LONG = (
     "README.md", "bayes.md", "bench.md", "build.md", "design.md", "first-bench.md",
-    "first-calibration.md", "gallery.md", "impact.md", "models.md", "records.md", "report.md", "stick-slip.md", "vacuum.md",
+    "first-calibration.md", "gallery.md", "impact.md", "models.md", "records.md",
+    "report.md", "stick-slip.md", "vacuum.md",
 )  # fmt: skip
 """Pages that compile, sample or wait for seconds."""
 PAGES = [

@@ -16,7 +16,7 @@ from recorded.cases import QUESTIONS, answer
 from recorded.files import write_files
 from recorded.record import read_recorded
 
-LONG = ("calibrate curves", "design", "publish", "tensile fan", "build")
+LONG = ("calibrate curves", "design", "sweep", "publish", "tensile fan", "build")
 CLOSE = 1e-6
 """Relative difference between machines: fits stop at a relative change of about 1e-8."""
 RECORDED = read_recorded()

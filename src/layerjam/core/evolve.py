@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import MISSING, fields, replace
 from typing import Any, TypeVar
 
-from layerjam.core.units import RECORDS
+from layerjam.core.record_classes import RECORDS
 
 T = TypeVar("T")
 

@@ -8,7 +8,7 @@ import functools
 import math
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
@@ -17,6 +17,7 @@ from typing import Any, TypeVar, dataclass_transform
 
 from layerjam.core.conversion import explain_rare_unit, shown_units, strip_unit, unit_factor
 from layerjam.core.errors import QuantityError, explain_arguments, short_text
+from layerjam.core.record_classes import add_record
 
 T = TypeVar("T")
 
@@ -338,18 +339,6 @@ def like(spec: QuantitySpec, text: str = "", *, default: Any = MISSING) -> Any:
     return field(default=default, metadata={"quantity": replace(spec, text=text or spec.text)})
 
 
-RECORDS: list[type] = []
-"""Every class decorated with `record`."""
-_followers: list[Callable[[type], None]] = []
-
-
-def follow_records(function: Callable[[type], None]) -> None:
-    """Call a function with each record class, now and whenever a further one is defined."""
-    _followers.append(function)
-    for known in RECORDS:
-        function(known)
-
-
 @dataclass_transform(
     kw_only_default=True, frozen_default=True, field_specifiers=(quantity, flag, like, field)
 )
@@ -363,9 +352,7 @@ def record(cls: type[T]) -> type[T]:
     """
     cls.__post_init__ = _convert_quantities  # type: ignore[attr-defined]
     dataclass_type = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))
-    RECORDS.append(dataclass_type)
-    for function in _followers:
-        function(dataclass_type)
+    add_record(dataclass_type)
     return dataclass_type
 
 

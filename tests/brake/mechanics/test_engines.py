@@ -265,10 +265,8 @@ def march(name: str) -> tuple[Callable[..., Any], tuple[Any, ...]]:
     return getattr(laws, name), history(1)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=() if n == "enclosure_cycle" else pytest.mark.slow) for n in MARCHES],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MARCHES)
 def test_marching_laws_take_numbers_and_arrays_of_jax(name: str) -> None:
     law, case = march(name)
     plain = law(*case, KAPTON)

@@ -340,10 +340,7 @@ def test_every_layout_is_read_back_in_every_language_and_encoding(
 @pytest.mark.parametrize(
     ("brake", "layout"),
     [
-        *(
-            pytest.param("choi2018-kapton", layout, marks=pytest.mark.slow if n % 2 else [])
-            for n, layout in enumerate(LAYOUTS)
-        ),
+        *(("choi2018-kapton", layout) for layout in LAYOUTS),
         ("choi2018-ptfe", "own"),
         *(
             pytest.param("choi2018-ptfe", layout, marks=pytest.mark.slow)

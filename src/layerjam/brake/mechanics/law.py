@@ -18,7 +18,7 @@ from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.mechanics.arrays import is_jax, uses_jax, xp
 from layerjam.core.errors import ArgumentError, QuantityError, short_text
 from layerjam.core.evolve import field_names
-from layerjam.core.units import RECORDS
+from layerjam.core.record_classes import RECORDS
 
 F = TypeVar("F", bound=Callable[..., Any])
 

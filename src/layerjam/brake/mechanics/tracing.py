@@ -20,7 +20,8 @@ import numpy as np
 from layerjam.brake.mechanics.compilation import keep_compiled_code
 from layerjam.core.errors import PlatformError, PrecisionError
 from layerjam.core.evolve import field_names
-from layerjam.core.units import FlagSpec, follow_records
+from layerjam.core.record_classes import follow_records
+from layerjam.core.units import FlagSpec
 
 __all__ = ["Program", "double_precision", "in_double_precision", "is_tracing", "jax", "jnp"]
 F = TypeVar("F", bound=Callable[..., Any])

@@ -12,8 +12,9 @@ from typing import Any
 
 from layerjam.core.errors import QuantityError
 from layerjam.core.plugins import list_plugins, load_plugin
+from layerjam.core.record_classes import RECORDS
 from layerjam.core.toml_files.values import Entry, entries
-from layerjam.core.units import RECORDS, QuantitySpec, build, quantities
+from layerjam.core.units import QuantitySpec, build, quantities
 
 _BROKEN = (ImportError, AttributeError)
 """Errors of an entry point whose module or class does not exist."""
