@@ -38,7 +38,8 @@ _CELL = re.compile(
 )
 """A number with its unit: 12.3 N."""
 _LONGEST = 40
-_HAS_UNIT = re.compile(rb'\d[ \xa0]?[^\s\d.,;|+\-"]')
+_HAS_UNIT = re.compile(rb'\d[.,]?[ \xa0]?(?![eE][+-]?\d)[^\s\d.,;|+\-"]')
+"""A digit before a letter that is no exponent; in no line of plain numbers."""
 _QUANTITIES = ("s", "m", "N", "Pa", "m/s^2", "K", "1")
 _FEWEST = 3
 
@@ -169,11 +170,12 @@ def move_units_to_header(data: bytes) -> Layout:
     A cell with a different unit remains, and is an error when the numbers are read.
     """
     head = data[:_HEAD].split(b"\n")
-    if not any(map(_HAS_UNIT.search, head[:200])):
+    has_unit = [bool(_HAS_UNIT.search(line)) for line in head]
+    if not any(has_unit[:200]):
         return Layout(data)
     for mark in (b"\t", b";", b",", b"|"):
         cells = [line.rstrip(b"\r").split(mark) for line in head]
-        for number in range(len(head) - _FEWEST):
+        for number in (n for n in range(len(head) - _FEWEST) if has_unit[n + 1]):
             names, *rows = cells[number : number + 1 + _FEWEST]
             if len(names) > 1 and all(len(row) == len(names) for row in rows):
                 units = [_find_cell_unit([row[i] for row in rows]) for i in range(len(names))]
