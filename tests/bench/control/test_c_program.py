@@ -16,7 +16,7 @@ from bench.control.random_loops import COUNT, NUMBERS, digest, draw_loop, libm_d
 from c_printers.c_program import format_loops
 from layerjam.bench.control import engine
 from layerjam.bench.control.detection import detection_times
-from layerjam.brake.kernel import compiler
+from layerjam.brake.kernel import compiler, library
 from layerjam.brake.kernel.compiler import LOOPS, find_on_path
 from layerjam.brake.kernel.library import SWITCH
 from layerjam.core.installation import install_command
@@ -89,6 +89,7 @@ def test_without_a_compiler_one_line_says_what_to_install(
     monkeypatch.setattr(compiler, "SHIPPED", tmp_path)
     monkeypatch.setattr(compiler.importlib.util, "find_spec", lambda _: None)
     monkeypatch.setattr(engine, "_load_library", engine._load_library.__wrapped__)
+    monkeypatch.setattr(library, "_open_once", library.open_library)
     assert shutil.which("cc") is None
     check_run(0)
     assert capsys.readouterr().err == (

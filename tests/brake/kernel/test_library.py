@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.brake.kernel import compiler
+from layerjam.brake.kernel import compiler, library
 from layerjam.brake.kernel.compiler import KERNEL, LIBRARIES, LOOPS, TARGETS, find_on_path
 from layerjam.brake.kernel.library import SWITCH, open_library, open_library_if_possible
 from layerjam.core.errors import CompilerError, QuantityError
@@ -30,6 +30,7 @@ def bare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.delenv(SWITCH, raising=False)
     monkeypatch.setattr(compiler.importlib.util, "find_spec", lambda _: None)
+    monkeypatch.setattr(library, "_open_once", open_library)
     return tmp_path
 
 

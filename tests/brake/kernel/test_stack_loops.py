@@ -177,6 +177,7 @@ def test_one_line_names_the_reason_and_the_remedy(tmp_path: Path) -> None:
 # --- interrupts
 
 
+@pytest.mark.timing
 @pytest.mark.skipif(os.name == "nt", reason="no signal reaches a chosen thread")
 @pytest.mark.parametrize("slow", [False, True], ids=["compiled", "python"])
 def test_ctrl_c_ends_a_batch_after_the_blocks_that_have_begun(slow: bool) -> None:

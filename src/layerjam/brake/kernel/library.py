@@ -16,6 +16,7 @@ from layerjam.brake.kernel.compiler import (
 )
 from layerjam.brake.mechanics.compilation import announce_compilation
 from layerjam.core.errors import CompilerError, QuantityError
+from layerjam.core.threads import cache_threadsafe
 
 SWITCH = "LAYERJAM_KERNEL"
 """Environment variable; `off` runs everything in Python or by JAX."""
@@ -51,6 +52,10 @@ def open_library(sources: Sequence[Path]) -> ctypes.CDLL:
         raise CompilerError(f"{path.stem} cannot be loaded: {error}") from None
 
 
+_open_once = cache_threadsafe(open_library)
+"""The digest of the sources takes as long as the pull of a small stack."""
+
+
 def open_library_if_possible(sources: Sequence[Path], work: str) -> "ctypes.CDLL | None":
     """Return the library for some work, or None, with one line on stderr that says why.
 
@@ -58,7 +63,7 @@ def open_library_if_possible(sources: Sequence[Path], work: str) -> "ctypes.CDLL
     """
     try:
         if is_switched_on():
-            return open_library(sources)
+            return _open_once(sources)
         reason = f"{SWITCH}=off; unset it"
     except CompilerError as error:
         reason = str(error)
