@@ -174,9 +174,9 @@ def move_units_to_header(data: bytes) -> Layout:
     if not any(has_unit[:200]):
         return Layout(data)
     for mark in (b"\t", b";", b",", b"|"):
-        cells = [line.rstrip(b"\r").split(mark) for line in head]
         for number in (n for n in range(len(head) - _FEWEST) if has_unit[n + 1]):
-            names, *rows = cells[number : number + 1 + _FEWEST]
+            lines = head[number : number + 1 + _FEWEST]
+            names, *rows = (line.rstrip(b"\r").split(mark) for line in lines)
             if len(names) > 1 and all(len(row) == len(names) for row in rows):
                 units = [_find_cell_unit([row[i] for row in rows]) for i in range(len(names))]
                 if any(units) and not any(map(_match_cell, names)):
