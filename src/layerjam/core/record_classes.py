@@ -11,8 +11,8 @@ _followers: list[Callable[[type], None]] = []
 def follow_records(function: Callable[[type], None]) -> None:
     """Call a function with each record class, now and whenever a further one is defined."""
     _followers.append(function)
-    for known in RECORDS:
-        function(known)
+    for cls in RECORDS:
+        function(cls)
 
 
 def add_record(cls: type) -> None:

@@ -113,8 +113,8 @@ def _draw_curves(
 
 def _compute_law(u: np.ndarray, vacuum: float, shape: np.ndarray, brake: Brake) -> np.ndarray:
     """Return the force [N] at elongations [m] for a shape (a, k, enclosure factor)."""
-    shaped = change_shape(drop_exponent(brake), *map(float, shape))
-    return np.asarray(force_at_elongation(u, vacuum, shaped))
+    brake = change_shape(drop_exponent(brake), *map(float, shape))
+    return np.asarray(force_at_elongation(u, vacuum, brake))
 
 
 def _average_points(samples: ReducedCurves, index: int) -> tuple[np.ndarray, np.ndarray]:

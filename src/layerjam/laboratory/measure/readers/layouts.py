@@ -39,7 +39,7 @@ _CELL = re.compile(
 """A number with its unit: 12.3 N."""
 _LONGEST = 40
 _HAS_UNIT = re.compile(rb'\d[.,]?[ \xa0]?(?![eE][+-]?\d)[^\s\d.,;|+\-"]')
-"""A digit before a letter that is no exponent; in no line of plain numbers."""
+"""A digit before a letter, unless it is that of an exponent; lines of plain numbers have none."""
 _QUANTITIES = ("s", "m", "N", "Pa", "m/s^2", "K", "1")
 _FEWEST = 3
 
