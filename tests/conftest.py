@@ -102,6 +102,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             item.add_marker(pytest.mark.flaky(reruns=1))
 
 
+def pytest_collection_finish() -> None:
+    """Leave what exists before the first test out of every later search for garbage."""
+    gc.collect()
+    gc.freeze()
+
+
 def find_reruns(config: pytest.Config) -> list[str]:
     """Return the names of the tests that were repeated; empty in the workers of a run."""
     reporter = config.pluginmanager.get_plugin("terminalreporter")

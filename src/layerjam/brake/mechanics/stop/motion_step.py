@@ -151,15 +151,19 @@ def _balance_step(
     sliding = xp.maximum((alpha - hold) / beta, least * (1 + 1e-9))
     travel = xp.where(slides & (sliding > 0), sliding, distance)
 
-    def newton(_: int, travel: Any) -> Any:
+    def newton(_: int, state: tuple[Any, Any, _Extension]) -> tuple[Any, Any, _Extension]:
+        travel = state[1]
         pull = _extend_brake(motion, travel, slides, setting, c)
         part = xp.where(travel != 0, travel, 1.0)
         mean = pull.work / part
         step = (mean + beta * travel - alpha) / ((pull.force - mean) / part + beta)
-        return xp.where(slides, xp.maximum(travel - step, least), distance)
+        return travel, xp.where(slides, xp.maximum(travel - step, least), distance), pull
 
-    travel = repeat(_NEWTON, newton, travel)
-    return _extend_brake(motion, travel, slides, setting, c), travel
+    # the last turn extends the brake to where the Newton steps end: one copy of it to compile
+    zero = xp.zeros_like(travel)
+    still = _Extension(zero, zero, zero, zero, zero, motion.enclosure)
+    end, _, pull = repeat(_NEWTON + 1, newton, (travel, travel, still))
+    return pull, end
 
 
 def rest_setting(setting: Setting) -> Setting:
