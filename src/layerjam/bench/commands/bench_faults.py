@@ -10,7 +10,7 @@ from layerjam.bench.rig.outcomes import Soaked
 from layerjam.brake.commands.arguments import Seed
 from layerjam.core.command.declare import Help, Progress, command
 from layerjam.core.command.results import Result, fact, number, result
-from layerjam.core.errors import Notice
+from layerjam.core.errors import Notice, count_text
 from layerjam.core.units import QuantitySpec, show
 
 if TYPE_CHECKING:
@@ -78,7 +78,8 @@ class FaultCampaign(Result):
         for row in self.faults:
             yield f"{row['fault']:<{width}}  {_describe_fault(row)}"
         if self.healthy:
-            yield f"no fault injected: {self.false_faults} false faults in {self.healthy} runs"
+            runs = count_text(self.healthy, "run")
+            yield f"no fault injected: {count_text(self.false_faults, 'false fault')} in {runs}"
         for name, reason in self.left_out.items():
             yield f"{name}: not tested; {reason}"
 
@@ -94,7 +95,7 @@ def _describe_fault(row: Row) -> str:
         verdict = "met" if row["met"] else f"MISSED {row['missed']}"
         promise = f"deadline {show(row['deadline'], 's')}, {verdict}"
     vacuum_left = show(row["vacuum_after"], "Pa")
-    return f"{safe_text}, {promise}, {vacuum_left} left, {names}, {row['runs']} runs"
+    return f"{safe_text}, {promise}, {vacuum_left} left, {names}, {count_text(row['runs'], 'run')}"
 
 
 @result

@@ -238,5 +238,6 @@ def _make_procedure(
         return procedure if isinstance(procedure, Procedure) else parse_procedure(procedure)
     missing = [name for name, value in numbers.items() if value is None]
     if missing:
-        raise ProcedureError(f"{', '.join(missing)}: missing; give them or a procedure")
+        them = "it" if len(missing) == 1 else "them"
+        raise ProcedureError(f"{', '.join(missing)}: missing; state {them} or a procedure")
     return simple_pull(check_vacuum(vacuum, brake.brake), speed, elongation)
