@@ -17,6 +17,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import jax
 import pytest
 from hypothesis import settings
+from hypothesis.internal.conjecture import providers
 
 from layerjam.core.store import Appearing
 
@@ -34,6 +35,8 @@ for name, value in CACHE.items():
 
 settings.register_profile("quick", derandomize=True, deadline=None, max_examples=60, database=None)
 settings.register_profile("deep", deadline=None, max_examples=2000, database=None)
+# random examples depend neither on the numbers in the source nor on what other tests have imported
+providers._get_local_constants = lambda: providers._local_constants
 settings.load_profile(os.environ.get("LAYERJAM_HYPOTHESIS", "quick"))
 
 
@@ -82,6 +85,8 @@ def pytest_configure(config: pytest.Config) -> None:
     if config.option.markexpr.startswith(QUICK):
         jax.config.update("jax_disable_most_optimizations", True)
         os.environ["JAX_DISABLE_MOST_OPTIMIZATIONS"] = "1"
+        flags = os.environ.get("XLA_FLAGS", "")
+        os.environ["XLA_FLAGS"] = f"{flags} --xla_cpu_use_fusion_emitters=false"
 
 
 BOARD = "tests/bench/rig/"

@@ -95,7 +95,9 @@ class BrakeFile(RecordFile[Brake]):
         before = dict(reader.values), dict(reader.sources)
         reader.read_all(tables)
         for table, use in uses.items():
-            _check_product(reader, table, use, materials()[_USE[table]])
+            product = f"{table}.product"
+            if reader.values[product] != before[0][product]:  # the file states one itself
+                _check_product(reader, table, use, materials()[_USE[table]])
         _keep_laser_warning(reader, *before)
         _copy_screw_count(reader)
         with reader.locate_errors():
