@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 
 import layerjam as lj
+from law_cases import FAMILIES
+from recorded.laws import numbers_of_laws
 
 K, P, F, Y = (
     "choi2018-kapton",
@@ -74,6 +76,36 @@ def brake_questions() -> dict[str, Question]:
     return made
 
 
+def motion_questions() -> dict[str, Question]:
+    """Motions in time: falling and rising vacuums, ropes, friction that grows with speed, saws."""
+    falls = {"mass": "1.3 kg", "speed": "1.5 m/s"}
+    saw = {"vacuum": "60 kPa", "mass": "0.7 kg"}
+    unload = (
+        "evacuate to 50 kPa; pull at 7 mm/s until 18 mm; return at 7 mm/s to 15 mm; "
+        "evacuate to 30 kPa and hold 2 s; pull at 7 mm/s until 22 mm"
+    )
+    return {
+        "drop falling": ask("drop", K, vacuum_history="falling.csv", rope_stiffness="30 kN/m",
+                            **falls),
+        "drop rising": ask("drop", P, vacuum_history="rising.csv", duration="0.4 s", **falls),
+        "drop damped": ask("drop", K, vacuum="60 kPa", rope_stiffness="20 kN/m",
+                           rope_damping="30 N s/m", duration="0.3 s", **falls),
+        "drop leaking": ask("drop", K, vacuum="60 kPa", leak_time="20 s", held="8 s", **falls),
+        "drop speed-law": ask("drop", "speed-law.toml", vacuum="60 kPa", **falls),
+        "tune speed-law": ask("tune", "speed-law.toml", speed="1.4 m/s", **STOP),
+        "tensile unload": ask("tensile", K, procedure=unload),
+        "tensile speed-law": ask("tensile", "speed-law.toml", elongation="9 mm", **PULL),
+        "tensile rubber": ask("tensile", "rubber.toml", elongation="12 mm", **PULL),
+        "force rubber": ask("force", "rubber.toml", slip=[0, 0.013, 0.04], vacuum="61 kPa"),
+        "drop rubber": ask("drop", "rubber.toml", vacuum="80 kPa", **falls),
+        "tensile one by one": ask("tensile", P, elongation="9 mm", **PULL, model="stack",
+                                  static=True, one_by_one=True),
+        "saw": ask("stick-slip", K, speed="1 mm/s", slip="3 mm", **saw),
+        "saw damped": ask("stick-slip", P, speed="0.4 mm/s", damping="20 N s/m",
+                          stribeck_speed="2 mm/s", static=0.3, slip="8 mm", **saw),
+    }  # fmt: skip
+
+
 def bench_questions() -> dict[str, Question]:
     """Evacuation, control and plans on the paper's vacuum line, and logs of chambers."""
     line, safe = "choi2018", {"safe_state": "release", "sensor_range": "103 kPa"}
@@ -104,6 +136,8 @@ def bench_questions() -> dict[str, Question]:
                          added_volume="0.1 l"),
         "crash": ask("crash", "crash.csv", filter_class="CFC60", hic="15 ms"),
         "parts": ask("parts"),
+        "rise tube": ask("rise", "tube.toml", target="60 kPa"),
+        "regulate tube": ask("regulate", "tube.toml", target="60 kPa", duration="20 s", **safe),
     }  # fmt: skip
     return made
 
@@ -142,7 +176,9 @@ def workshop_questions() -> dict[str, Question]:
     }
 
 
-QUESTIONS = brake_questions() | bench_questions() | laboratory_questions() | workshop_questions()
+QUESTIONS = brake_questions() | motion_questions() | bench_questions()
+QUESTIONS |= laboratory_questions() | workshop_questions()
+QUESTIONS |= {f"laws {family}": ask("laws", family) for family in (*FAMILIES, "marches")}
 OMITTED = ("fingerprint", "made_by", "version", "seconds", "versions", "hash", "digest", "sha256")
 """Keys that change with each version or run."""
 NUMBER = re.compile(r"(?<![\w.#-])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.-])")
@@ -152,6 +188,8 @@ COUNTED = (".svg", ".csv", ".toml", ".html", ".md", ".txt", ".c", ".h", ".json")
 def answer(question: Question) -> dict[str, float | str]:
     """Return {path of a key: number or word} of a result, and of the files it has written."""
     name, subjects, options = question
+    if name == "laws":
+        return numbers_of_laws(*subjects)
     command = lj
     for part in name.replace("-", "_").split():
         command = getattr(command, part)

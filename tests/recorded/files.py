@@ -18,6 +18,14 @@ EFFECTS = {
         "speed_law_test_speed": 7e-3,
         "speed_law_rest_speed": 1e-4,
     },
+    "rubber": {
+        "hyperelastic_strain": 12.0,
+        "hyperelastic_c10": 11e3,
+        "hyperelastic_c20": 300.0,
+        "hyperelastic_softening_r": 1.7,
+        "hyperelastic_softening_m": 4e3,
+        "hyperelastic_softening_beta": 0.2,
+    },
 }
 CAMPAIGN = """
 seed = 5
@@ -90,6 +98,14 @@ def write_columns(path: Path, header: str, *columns: object) -> None:
     path.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
 
 
+def write_vacuums(folder: Path) -> None:
+    """Write vacuums that change while a mass is stopped, and the paper's line with a tube."""
+    write_columns(folder / "falling.csv", "time [ms],vacuum [kPa]", [0, 4, 9, 30], [70, 70, 35, 20])
+    write_columns(folder / "rising.csv", "time [ms],vacuum [kPa]", [-5, 0, 12, 60], [5, 20, 80, 85])
+    tube = lj.load_line("choi2018").with_(tube_length=2.0, tube_bore=2e-3)
+    (folder / "tube.toml").write_text(tube.text, encoding="utf-8")
+
+
 def write_logs(folder: Path) -> None:
     """Write logs of a leak, two evacuations, a crash and a pull of silicone, without noise."""
     ripple = 3e-4 * np.sin(np.arange(400) ** 2)
@@ -118,6 +134,7 @@ def write_files(folder: Path) -> None:
     """Write everything into a new folder."""
     folder.mkdir()
     write_brakes(folder)
+    write_vacuums(folder)
     write_logs(folder)
     (folder / "campaign.toml").write_text(CAMPAIGN, encoding="utf-8")
     (folder / "grip.toml").write_text(DESIGN, encoding="utf-8")

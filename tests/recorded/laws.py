@@ -1,0 +1,68 @@
+"""Recorded numbers of the public laws: random brakes of each family, and histories."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from law_cases import FAMILIES, LAWS, MARCHING, cases, on_numpy
+from layerjam import laws
+from layerjam.core.errors import QuantityError
+from strategies import KAPTON
+
+BRAKES = 6
+SMALL = 1e-9
+"""Sizes relative to the largest of an array, below which a number may be rounding."""
+TURNS = (0.0, 9e-3, 6e-3, 8e-3, 2e-3, 15e-3, 11e-3, 20e-3, 0.0)
+TIMES = np.concatenate([[0.0, 2e-3, 4e-3, 6e-3, 9e-3, 12e-3], np.linspace(0.02, 0.3, 10)])
+FALLING = np.concatenate([[7e4, 7e4, 6e4, 3e4, 3e4, 5e4], np.linspace(5e4, 1e4, 10)])
+
+
+def numbers_of_laws(family: str) -> dict[str, float | str]:
+    """Return the recorded numbers of all laws for one family of brakes, or for histories."""
+    found = marches() if family == "marches" else laws_of(family)
+    return {f"{name}.{key}": value for name, array in found for key, value in totals(array)}
+
+
+def laws_of(family: str) -> Iterator[tuple[str, np.ndarray]]:
+    seed = list(FAMILIES).index(family)
+    brakes, count = FAMILIES[family](seed), 2 if "rubber" in family else BRAKES
+    for name in LAWS:
+        if (family, name) not in MARCHING:
+            try:
+                columns = on_numpy(name, cases(name, seed), brakes, count)
+            except QuantityError:  # it does not apply to this family
+                continue
+            yield from ((f"{name}.{place}", column) for place, column in enumerate(columns))
+
+
+def marches() -> Iterator[tuple[str, np.ndarray]]:
+    """Histories under a vacuum that changes, and stops in it with and without a damped rope."""
+    path = np.interp(np.arange(64), np.linspace(0, 63, len(TURNS)), TURNS)
+    vacuum = np.interp(np.arange(64), [0, 20, 40, 50, 63], [5e4, 5e4, 3e4, 6e4, 2e4])
+    start, march = (1.3, 1.6, FALLING, TIMES), (9.8, 2e-5, 20_000.0, KAPTON)
+    results: dict[str, Any] = {
+        "brake_cycle": laws.brake_cycle(path, vacuum, KAPTON),
+        "enclosure_cycle": laws.enclosure_cycle(path, vacuum, KAPTON),
+        "stop_in_time": laws.stop_in_time(*start, 3e4, None, *march),
+        "stop_in_time damped": laws.stop_in_time(1.3, 1.6, 6e4, None, 2e4, 30.0, *march),
+    }
+    for name, result in results.items():
+        fields = result._asdict() if hasattr(result, "_asdict") else dict(enumerate(result))
+        for field, values in fields.items():
+            if values is not None and not hasattr(values, "_fields"):
+                yield f"{name}.{field}", np.asarray(values, float)
+
+
+def totals(array: np.ndarray) -> Iterator[tuple[str, float]]:
+    """Yield how many numbers are finite and positive, and the sum of their logarithms.
+
+    A number that changes by a millionth changes the sum by as much, however small it is.
+    """
+    finite = array[np.isfinite(array)]
+    large = finite[np.abs(finite) > SMALL * np.abs(finite).max(initial=0.0)]
+    yield "finite", float(finite.size)
+    yield "positive", float((large > 0).sum())
+    yield "logarithms", float(np.log(np.abs(large)).sum())
