@@ -285,10 +285,14 @@ def take(tests: Sequence[str], seconds: dict[str, float], most: float) -> list[s
 
 
 def distance(test: str, mutant: Mutant, seconds: dict[str, float]) -> tuple[int, int, float]:
-    """Return 0 for tests of the same folder, 1 for those of the same wing, 2 for others; names."""
+    """Return 0 for tests of the same folder, 1 for those of the same wing, 2 for others; names.
+
+    Recorded numbers are as near as tests of the same folder: they are cheap and notice most.
+    """
     place = Path(wrapper_of(mutant.file))
     path = Path(test.partition("::")[0].removeprefix("tests/"))
     folder = next((one for one in FOLDERS if place.as_posix().startswith(one)), place.parent)
-    far = 0 if path.is_relative_to(folder) else 2 - (path.parts[0] == place.parts[0])
+    is_near = path.is_relative_to(folder) or path.parts[0] == "recorded"
+    far = 0 if is_near else 2 - (path.parts[0] == place.parts[0])
     shares = bool(set(path.stem.split("_")) & set(place.stem.split("_")))
     return far, not shares, seconds[test]

@@ -13,6 +13,7 @@ import numpy as np
 
 import layerjam as lj
 from law_cases import FAMILIES
+from recorded.constants import numbers_of_modules
 from recorded.laws import numbers_of_laws
 
 K, P, F, Y = (
@@ -179,6 +180,7 @@ def workshop_questions() -> dict[str, Question]:
 QUESTIONS = brake_questions() | motion_questions() | bench_questions()
 QUESTIONS |= laboratory_questions() | workshop_questions()
 QUESTIONS |= {f"laws {family}": ask("laws", family) for family in (*FAMILIES, "marches")}
+QUESTIONS |= {"constants": ask("constants")}
 OMITTED = ("fingerprint", "made_by", "version", "seconds", "versions", "hash", "digest", "sha256")
 """Keys that change with each version or run."""
 NUMBER = re.compile(r"(?<![\w.#-])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.-])")
@@ -190,6 +192,8 @@ def answer(question: Question) -> dict[str, float | str]:
     name, subjects, options = question
     if name == "laws":
         return numbers_of_laws(*subjects)
+    if name == "constants":
+        return numbers_of_modules()
     command = lj
     for part in name.replace("-", "_").split():
         command = getattr(command, part)

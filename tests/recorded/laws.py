@@ -39,15 +39,15 @@ def laws_of(family: str) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def marches() -> Iterator[tuple[str, np.ndarray]]:
-    """Histories under a vacuum that changes, and stops in it with and without a damped rope."""
+    """Histories and a stop under a vacuum that changes."""
     path = np.interp(np.arange(64), np.linspace(0, 63, len(TURNS)), TURNS)
     vacuum = np.interp(np.arange(64), [0, 20, 40, 50, 63], [5e4, 5e4, 3e4, 6e4, 2e4])
-    start, march = (1.3, 1.6, FALLING, TIMES), (9.8, 2e-5, 20_000.0, KAPTON)
     results: dict[str, Any] = {
         "brake_cycle": laws.brake_cycle(path, vacuum, KAPTON),
         "enclosure_cycle": laws.enclosure_cycle(path, vacuum, KAPTON),
-        "stop_in_time": laws.stop_in_time(*start, 3e4, None, *march),
-        "stop_in_time damped": laws.stop_in_time(1.3, 1.6, 6e4, None, 2e4, 30.0, *march),
+        "stop_in_time": laws.stop_in_time(
+            1.3, 1.6, FALLING, TIMES, 3e4, None, 9.8, 2e-5, 20_000.0, KAPTON
+        ),
     }
     for name, result in results.items():
         fields = result._asdict() if hasattr(result, "_asdict") else dict(enumerate(result))
@@ -56,13 +56,14 @@ def marches() -> Iterator[tuple[str, np.ndarray]]:
                 yield f"{name}.{field}", np.asarray(values, float)
 
 
-def totals(array: np.ndarray) -> Iterator[tuple[str, float]]:
+def totals(array: np.ndarray, small: float = SMALL) -> Iterator[tuple[str, float]]:
     """Yield how many numbers are finite and positive, and the sum of their logarithms.
 
-    A number that changes by a millionth changes the sum by as much, however small it is.
+    A number that changes by a millionth changes the sum by as much, however small it is. `small` is
+    the size, relative to the largest, below which a number may be rounding.
     """
     finite = array[np.isfinite(array)]
-    large = finite[np.abs(finite) > SMALL * np.abs(finite).max(initial=0.0)]
+    large = finite[np.abs(finite) > small * np.abs(finite).max(initial=0.0)]
     yield "finite", float(finite.size)
     yield "positive", float((large > 0).sum())
     yield "logarithms", float(np.log(np.abs(large)).sum())

@@ -38,8 +38,8 @@ def leaked(time, start, leak_time, a=A):
     """V p' = G (a^2 - p^2)/(2a) by a Runge-Kutta of order 8."""
 
     def rate(_, vacuum):
-        p = a - vacuum
-        return -(a * a - p * p) / (2 * a) / leak_time
+        # a^2 - p^2 without the difference of nearly equal squares, which a small vacuum would lose
+        return -vacuum * (2 * a - vacuum) / (2 * a) / leak_time
 
     time = np.atleast_1d(time)
     made = solve_ivp(rate, (0, time[-1]), [start], "DOP853", time, rtol=1e-12, atol=1e-16 * start)

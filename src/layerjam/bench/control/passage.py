@@ -85,7 +85,7 @@ class Passage:
 
     lag = pump_lag  # former name
 
-    def delayed_rise(self, rate: float, owed: Owed, switched: bool = False) -> float:
+    def delayed_rise(self, rate: float, owed: Owed, switched: bool) -> float:
         """Return the largest part [Pa] of the expected rise that the tube delays beyond the lag.
 
         The lower the pressure and the slower the pump, the longer the delay.
@@ -121,7 +121,7 @@ def _pump_commands(switched: bool) -> Array:
 
 
 @functools.lru_cache(maxsize=64)
-def owed_rise(passage: Passage, rate: float, top: float, switched: bool = False) -> Owed:
+def owed_rise(passage: Passage, rate: float, top: float, switched: bool) -> Owed:
     """Return the rise expected of a healthy pump behind a tube, up to the passage's highest vacuum.
 
     The parabola is fitted to the relative rise at full pump power; the tube does not limit a slow

@@ -1,0 +1,64 @@
+"""Recorded bounds, defaults and named numbers of the modules that compute."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import pkgutil
+from collections.abc import Iterator, Mapping
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from layerjam.core.units import QuantitySpec
+from mutant_draw import FOLDERS
+from recorded.laws import totals
+
+
+def modules() -> Iterator[ModuleType]:
+    """Yield the modules of the folders that compute, without those that need an extra."""
+    for folder in FOLDERS:
+        name = "layerjam." + folder.replace("/", ".")
+        try:
+            package = importlib.import_module(name)
+        except ImportError:  # a folder of C
+            continue
+        for found in pkgutil.walk_packages(package.__path__, f"{name}."):
+            try:
+                yield importlib.import_module(found.name)
+            except ImportError:
+                continue
+
+
+def numbers_of_modules() -> dict[str, float | str]:
+    """Return the totals of the numbers of each module."""
+    found: dict[str, float | str] = {}
+    for module in modules():
+        numbers = np.array(list(numbers_of_module(module)))
+        short = module.__name__.removeprefix("layerjam.")
+        found |= {f"{short}.{key}": value for key, value in totals(numbers, 0.0)}
+    return found
+
+
+def numbers_of_module(module: ModuleType) -> Iterator[float]:
+    for name, value in vars(module).items():
+        if not isinstance(value, type) and name.lstrip("_").isupper():
+            yield from numbers_in(value)
+        elif dataclasses.is_dataclass(value) and value.__module__ == module.__name__:
+            for field in dataclasses.fields(value):
+                yield from numbers_in((field.default, dict(field.metadata)))
+
+
+def numbers_in(value: Any) -> Iterator[float]:
+    """Yield the numbers, but no flags, in nested tuples, mappings and bounds."""
+    if isinstance(value, int | float | np.number) and not isinstance(value, bool):
+        yield float(value)
+    elif isinstance(value, QuantitySpec):
+        yield from numbers_in(vars(value))
+    elif isinstance(value, Mapping):
+        for one in value.values():
+            yield from numbers_in(one)
+    elif isinstance(value, tuple | list | np.ndarray):
+        for one in value:
+            yield from numbers_in(one)
