@@ -126,7 +126,7 @@ class BrakeFile(RecordFile[Brake]):
         rows = [entry.to_toml() for entry in self.evidence]
         return f"{super().render(name)}\n{tomlkit.dumps({'tested': rows})}"
 
-    @property
+    @cached_property
     def known_values(self) -> dict[str, Any]:
         """{dotted path: value in SI} of all known values."""
         return collect_values(self.brake) | collect_values(self.making)

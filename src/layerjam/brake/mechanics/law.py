@@ -213,6 +213,9 @@ def _is_real(value: Any) -> bool:
 
 def safe_sqrt(value: Any) -> Any:
     """Return the square root; its derivative at zero is 0 instead of infinite. NaN below zero."""
+    if not is_jax(value):
+        with np.errstate(invalid="ignore"):
+            return np.sqrt(value)
     positive = value > 0
     root = xp.sqrt(xp.where(positive, value, 1.0))
     return xp.where(positive, root, xp.where(value == 0, 0.0, xp.nan))
