@@ -13,8 +13,8 @@ import numpy as np
 
 import layerjam as lj
 from law_cases import FAMILIES
-from recorded.constants import numbers_of_modules
-from recorded.laws import numbers_of_laws
+from recorded.constants import list_module_numbers
+from recorded.laws import list_law_numbers
 
 K, P, F, Y = (
     "choi2018-kapton",
@@ -191,9 +191,9 @@ def answer(question: Question) -> dict[str, float | str]:
     """Return {path of a key: number or word} of a result, and of the files it has written."""
     name, subjects, options = question
     if name == "laws":
-        return numbers_of_laws(*subjects)
+        return list_law_numbers(*subjects)
     if name == "constants":
-        return numbers_of_modules()
+        return list_module_numbers()
     command = lj
     for part in name.replace("-", "_").split():
         command = getattr(command, part)

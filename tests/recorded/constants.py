@@ -31,34 +31,34 @@ def modules() -> Iterator[ModuleType]:
                 continue
 
 
-def numbers_of_modules() -> dict[str, float | str]:
+def list_module_numbers() -> dict[str, float | str]:
     """Return the totals of the numbers of each module."""
     found: dict[str, float | str] = {}
     for module in modules():
-        numbers = np.array(list(numbers_of_module(module)))
+        numbers = np.array(list(read_module(module)))
         short = module.__name__.removeprefix("layerjam.")
         found |= {f"{short}.{key}": value for key, value in totals(numbers, 0.0)}
     return found
 
 
-def numbers_of_module(module: ModuleType) -> Iterator[float]:
+def read_module(module: ModuleType) -> Iterator[float]:
     for name, value in vars(module).items():
         if not isinstance(value, type) and name.lstrip("_").isupper():
-            yield from numbers_in(value)
+            yield from read_numbers(value)
         elif dataclasses.is_dataclass(value) and value.__module__ == module.__name__:
             for field in dataclasses.fields(value):
-                yield from numbers_in((field.default, dict(field.metadata)))
+                yield from read_numbers((field.default, dict(field.metadata)))
 
 
-def numbers_in(value: Any) -> Iterator[float]:
+def read_numbers(value: Any) -> Iterator[float]:
     """Yield the numbers, but no flags, in nested tuples, mappings and bounds."""
     if isinstance(value, int | float | np.number) and not isinstance(value, bool):
         yield float(value)
     elif isinstance(value, QuantitySpec):
-        yield from numbers_in(vars(value))
+        yield from read_numbers(vars(value))
     elif isinstance(value, Mapping):
         for one in value.values():
-            yield from numbers_in(one)
+            yield from read_numbers(one)
     elif isinstance(value, tuple | list | np.ndarray):
         for one in value:
-            yield from numbers_in(one)
+            yield from read_numbers(one)

@@ -20,13 +20,13 @@ TIMES = np.concatenate([[0.0, 2e-3, 4e-3, 6e-3, 9e-3, 12e-3], np.linspace(0.02, 
 FALLING = np.concatenate([[7e4, 7e4, 6e4, 3e4, 3e4, 5e4], np.linspace(5e4, 1e4, 10)])
 
 
-def numbers_of_laws(family: str) -> dict[str, float | str]:
+def list_law_numbers(family: str) -> dict[str, float | str]:
     """Return the recorded numbers of all laws for one family of brakes, or for histories."""
-    found = marches() if family == "marches" else laws_of(family)
+    found = marches() if family == "marches" else family_laws(family)
     return {f"{name}.{key}": value for name, array in found for key, value in totals(array)}
 
 
-def laws_of(family: str) -> Iterator[tuple[str, np.ndarray]]:
+def family_laws(family: str) -> Iterator[tuple[str, np.ndarray]]:
     seed = list(FAMILIES).index(family)
     brakes, count = FAMILIES[family](seed), 2 if "rubber" in family else BRAKES
     for name in LAWS:

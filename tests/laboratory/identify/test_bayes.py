@@ -20,7 +20,6 @@ from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.friction import sheet_friction
 from layerjam.brake.mechanics.pull import force_at_elongation, peak, slip_at_elongation
 from layerjam.core.errors import FitError, MissingExtraError
-from layerjam.core.units import get_spec
 from layerjam.laboratory.figures import bayes_figures
 from layerjam.laboratory.identify.bayes.fit import fit_bayes, prior_population
 from layerjam.laboratory.identify.bayes.model import (
@@ -39,7 +38,7 @@ from layerjam.laboratory.identify.bayes.model import (
     reduce_curves,
     unpack_sites,
 )
-from layerjam.laboratory.identify.bayes.posterior import BayesFit, _summarise_draws
+from layerjam.laboratory.identify.bayes.posterior import BayesFit
 from layerjam.laboratory.identify.bayes.predictive import peak_band, vacuum_band
 from layerjam.laboratory.identify.bayes.sampler import WARMUP, evaluate_potential
 from layerjam.laboratory.identify.bayes.sampler_checks import check_bayes_fit
@@ -214,17 +213,6 @@ def test_figures_say_what_they_show(fit: BayesFit) -> None:
     assert "% of the maximum force" in texts["deviations"]
     answer = vacuum_band(fit.next_pull(), 60.0, 0.02).quantile_at(0.5)[0] / 1e3
     assert f"60 N: {answer:.4g} kPa" in texts["vacuum"]
-
-
-def test_a_summary_is_that_of_the_draws() -> None:
-    """2.5 % of the draws lie on each side of the interval: counted, not interpolated."""
-    draws = np.random.default_rng(3).gamma(2.0, 5.0, 4000)
-    row = _summarise_draws(draws, get_spec(Brake, "scale_factor"), 1.0, 900.0, "")
-    below, above = np.mean(draws < row.low), np.mean(draws > row.high)
-    assert below == pytest.approx(0.025, abs=3e-4) and above == pytest.approx(0.025, abs=3e-4)
-    assert np.mean(draws < row.median) == pytest.approx(0.5, abs=3e-4)
-    assert row.mean == pytest.approx(draws.sum() / 4000)
-    assert row.sd**2 == pytest.approx(((draws - row.mean) ** 2).sum() / 3999)
 
 
 def test_reduction_keeps_the_law_and_leaves_the_onset_out() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.pull import (
     brake_force,
     force_at_elongation,
@@ -18,7 +19,8 @@ from layerjam.brake.mechanics.pull import (
 from layerjam.brake.mechanics.stop.exact import stop
 from layerjam.brake.simulate.drop import series_spring
 from layerjam.core.errors import QuantityError
-from layerjam.laboratory.identify.bayes.posterior import Population
+from layerjam.core.units import get_spec
+from layerjam.laboratory.identify.bayes.posterior import Population, _summarise_draws
 from layerjam.laboratory.identify.bayes.predictive import (
     LEVELS,
     Band,
@@ -214,3 +216,14 @@ def test_a_level_not_asked_for() -> None:
     band = Band(quantity="force", unit="N", levels=(0.5,), values=np.ones((1, 1)))
     with pytest.raises(KeyError):
         band.quantile_at(0.9)
+
+
+def test_a_summary_is_that_of_the_draws() -> None:
+    """2.5 % of the draws lie on each side of the interval: counted, not interpolated."""
+    draws = np.random.default_rng(3).gamma(2.0, 5.0, 4000)
+    row = _summarise_draws(draws, get_spec(Brake, "scale_factor"), 1.0, 900.0, "")
+    below, above = np.mean(draws < row.low), np.mean(draws > row.high)
+    assert below == pytest.approx(0.025, abs=3e-4) and above == pytest.approx(0.025, abs=3e-4)
+    assert np.mean(draws < row.median) == pytest.approx(0.5, abs=3e-4)
+    assert row.mean == pytest.approx(draws.sum() / 4000)
+    assert row.sd**2 == pytest.approx(((draws - row.mean) ** 2).sum() / 3999)

@@ -137,9 +137,8 @@ def _is_tracer(leaf: Any) -> bool:
 FEW = 1000
 """Size of the largest array with which a program is compiled for few numbers."""
 _UNFUSED = {"xla_cpu_use_fusion_emitters": False}
-"""Option of a program for few numbers: it compiles in half the time or less (a falling vacuum 9 s
-instead of 15, a damped rope 1.6 s instead of 5) and runs as fast. Ten thousand stops at once would
-take 1.6 times as long."""
+"""Option of a program for few numbers, which then compiles in half the time and runs as fast. Ten
+thousand stops in time would take 1.6 times as long."""
 
 
 class Program:

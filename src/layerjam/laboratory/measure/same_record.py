@@ -107,18 +107,18 @@ def _select_rising_part(values: Array, force: Array) -> _Curve | None:
     return _Curve(clock, force, float(np.median(np.diff(clock))), _size(_find_noise(force)))
 
 
-def _correlate(curves: _Curves, others: _Curves) -> float:
-    pairs = [(curves[name], others[name]) for name in curves if name in others]
+def _correlate(first: _Curves, second: _Curves) -> float:
+    pairs = [(first[name], second[name]) for name in first if name in second]
     return max((value for pair in pairs for value in _correlate_curves(*pair)), default=0.0)
 
 
-def _correlate_curves(curve: _Curve, other: _Curve) -> Iterator[float]:
+def _correlate_curves(first: _Curve, second: _Curve) -> Iterator[float]:
     """Yield the noise correlations with a common origin of the clock, and with a common start.
 
     A record with every n-th sample stored may start with a different sample.
     """
     yield 0.0
-    dense, sparse = sorted((curve, other), key=lambda one: one.step)
+    dense, sparse = sorted((first, second), key=lambda curve: curve.step)
     limit = min(int(np.ceil(sparse.step / dense.step)), STARTS)
     start = dense.start - sparse.start
     if not any(_is_close_copy(sparse.shift(offset), dense) for offset in (0.0, start)):
