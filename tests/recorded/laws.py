@@ -16,8 +16,7 @@ BRAKES = 6
 SMALL = 1e-9
 """Sizes relative to the largest of an array, below which a number may be rounding."""
 TURNS = (0.0, 9e-3, 6e-3, 8e-3, 2e-3, 15e-3, 11e-3, 20e-3, 0.0)
-TIMES = np.concatenate([[0.0, 2e-3, 4e-3, 6e-3, 9e-3, 12e-3], np.linspace(0.02, 0.3, 10)])
-FALLING = np.concatenate([[7e4, 7e4, 6e4, 3e4, 3e4, 5e4], np.linspace(5e4, 1e4, 10)])
+TIMES, FALLING = np.array([0.0, 4e-3, 60e-3]), np.array([7e4, 6e4, 1e4])
 
 
 def list_law_numbers(family: str) -> dict[str, float | str]:

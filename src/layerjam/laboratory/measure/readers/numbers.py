@@ -85,7 +85,10 @@ def are_equal_columns(
 def _list_styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Style]:
     def select_matching(styles: Iterable[Style], cells: Iterable[str]) -> list[Style]:
         column = "".join(f"{cell}\n" for cell in cells if cell)
-        return [s for s in styles if _CELLS[s].fullmatch(column)]
+        # where no cell has the separator, a style with it reads what the plain one reads
+        read_as = {s: s if s[1] in column else (s[0], "") for s in styles}
+        fits = {s for s in set(read_as.values()) if _CELLS[s].fullmatch(column)}
+        return [s for s, same in read_as.items() if same in fits]
 
     candidates = [s for s in _STYLES if decimal in (None, s[0])]
     # unquoted numbers between commas can use only a point as the decimal sign
