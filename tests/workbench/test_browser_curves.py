@@ -219,8 +219,13 @@ def test_a_move_of_a_slider_sends_no_element(tab, workbench, name, slider, setti
                 timeout=LONG,
             )
 
-    move(1)  # its answer comes after all that the start of the page has sent
-    tab.evaluate("sent.length = 0")
-    move(4)
-    tab.wait_for_timeout(300)
-    assert [what for kind, what in tab.evaluate("sent") if kind == "update"] == []
+    def updates_of_moves(count):
+        tab.evaluate("sent.length = 0")
+        move(count)
+        tab.wait_for_timeout(300)
+        return [what for kind, what in tab.evaluate("sent") if kind == "update"]
+
+    for _ in range(5):  # the start of the page may still send something
+        if not updates_of_moves(1):
+            break
+    assert updates_of_moves(4) == []
