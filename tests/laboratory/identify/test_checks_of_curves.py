@@ -236,3 +236,7 @@ def test_a_drift_must_be_sure_and_matter() -> None:
     assert bent is not None and not bent.passed and "bends" in bent.sentence
     straight = check_drift(steep + 0.005 * z, over, "x", "vacuum", "Pa", free=1)
     assert straight is not None and straight.passed
+    # a slope needs two levels, a bend three
+    two = np.repeat([30e3, 80e3], [4, 5])
+    assert check_drift(z, two, "x", "vacuum", "Pa") is not None
+    assert check_drift(z, two, "x", "vacuum", "Pa", free=1) is None
