@@ -157,4 +157,4 @@ def test_marching_laws_take_numbers_and_arrays_of_jax(name: str) -> None:
     pairs = zip(jax.tree.leaves(plain), jax.tree.leaves(traced), strict=True)
     for ours, others in pairs:
         assert isinstance(ours, np.ndarray | np.generic) and isinstance(others, jax.Array)
-        assert np.array_equal(ours, others, equal_nan=True)
+        assert differences(ours, others).max() <= CLOSE  # compiled with and without fusing
