@@ -17,18 +17,12 @@ from recorded.laws import totals
 
 
 def modules() -> Iterator[ModuleType]:
-    """Yield the modules of the folders that compute, without those that need an extra."""
+    """Yield the modules of the folders that compute."""
     for folder in FOLDERS:
         name = "layerjam." + folder.replace("/", ".")
-        try:
-            package = importlib.import_module(name)
-        except ImportError:  # a folder of C
-            continue
+        package = importlib.import_module(name)
         for found in pkgutil.walk_packages(package.__path__, f"{name}."):
-            try:
-                yield importlib.import_module(found.name)
-            except ImportError:
-                continue
+            yield importlib.import_module(found.name)
 
 
 def list_module_numbers() -> dict[str, float | str]:

@@ -10,10 +10,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import jax
+import numpy as np
 import platformdirs
 import pytest
 
-from layerjam.brake.mechanics import compilation
+from layerjam.brake.mechanics import compilation, tracing
 from layerjam.brake.mechanics.pull import brake_force, slip_at_elongation
 from strategies import KAPTON
 
@@ -161,3 +162,25 @@ def test_events_have_the_names_that_jax_gives_them() -> None:
             jax._src.monitoring.get_event_duration_listeners()[-1]
         )
     assert compilation.COMPILED in seen
+
+
+def sums_of_sines(x):
+    return jax.lax.fori_loop(0, 9, lambda turn, total: total + jax.numpy.sin(turn * x), 0.0 * x)
+
+
+def test_few_and_many_numbers_are_computed_alike() -> None:
+    """They are compiled by different options; the program for few is not used for many."""
+    program = tracing.Program(sums_of_sines)
+    many = np.linspace(0.0, 3.0, tracing.FEW + 1)
+    each = [program(False, number) for number in many[::50]]
+    assert program(False, many)[::50] == pytest.approx(each, rel=1e-12)
+    assert program(False, many[:-1])[::50] == pytest.approx(each[:20], rel=1e-12)
+    assert program._jitted._cache_size() == 1
+
+
+def test_a_jax_without_the_option_compiles_as_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tracing, "_UNFUSED", {"xla_no_such_option": False})
+    program = tracing.Program(sums_of_sines)
+    assert [program(False, x) for x in (0.0, 0.5)] == pytest.approx(
+        [0.0, np.sin(0.5 * np.arange(9)).sum()], rel=1e-12
+    )

@@ -80,6 +80,9 @@ def test_peak_of_a_negative_vacuum_is_nan():
 
 
 def test_safe_sqrt_and_within():
+    values = [-1.0, -0.0, 0.0, 4.0]
+    assert np.array_equal(safe_sqrt(np.array(values)), safe_sqrt(jnp.array(values)), equal_nan=True)
+    assert not np.signbit(safe_sqrt(np.float64(-0.0)))  # a division by it is +inf, as in JAX
     value = safe_sqrt(jnp.array([-1.0, 0.0, 4.0]))
     assert np.isnan(value[0]) and value[1] == 0 and value[2] == 2
     assert float(jax.grad(safe_sqrt)(0.0)) == 0.0

@@ -215,7 +215,7 @@ def safe_sqrt(value: Any) -> Any:
     """Return the square root; its derivative at zero is 0 instead of infinite. NaN below zero."""
     if not is_jax(value):
         with np.errstate(invalid="ignore"):
-            return np.sqrt(value)
+            return np.sqrt(value) + 0.0  # the root of -0.0 is 0.0, as in JAX
     positive = value > 0
     root = xp.sqrt(xp.where(positive, value, 1.0))
     return xp.where(positive, root, xp.where(value == 0, 0.0, xp.nan))

@@ -176,7 +176,7 @@ def _correlate_forces(force: Array, size: float, other_force: Array, step: int =
     """Return the correlation of second differences; 0 without noise or if the curves differ.
 
     `size` is the median noise of `force`. Most curves differ by more than it, so that this is
-    tested first, and by counting, which takes a tenth of the time of a median.
+    tested first, by counting.
     """
     gaps, least = np.abs(force - other_force), QUIET * float(np.ptp(force))
     if size < least or 2 * np.count_nonzero(gaps <= CLOSE_CURVES * size) < len(gaps) - 1:
