@@ -1236,7 +1236,7 @@ def tune(
     atmosphere: float | str | _HasUnit | None = ...,
     film: str | None = ...,
     interval: Literal["next", "mean"] = ...,
-    find_speeds: bool = ...,
+    searches: tuple[str, ...] = ...,
 ) -> _TunedVacuumResult:
     """Find the vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
@@ -1245,7 +1245,8 @@ def tune(
     stays within it, because friction and mounting scatter. If there is no such vacuum, `reason`
     explains why and lists alternatives: the speeds that can be stopped, or a different travel,
     number of sheets or number of parallel brakes, each as the only change. Each alternative has
-    been checked by tuning it. If there is one, `find_speeds=False` saves the search for the speeds.
+    been checked by tuning it. `searches` lists the other searches: "safety" for the safe vacuum and
+    the intervals, "speeds" for those that can be stopped, "alternatives" for the changes.
     """
 
 def rise(

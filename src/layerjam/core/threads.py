@@ -22,8 +22,7 @@ def core_count() -> int:
 def cache_threadsafe(make: Callable[P, R]) -> Callable[P, R]:
     """Call `make` once for each set of arguments; other threads wait for the result.
 
-    It is for compiled loops, which take seconds: `functools.cache` would let several threads
-    compile.
+    With `functools.cache`, several threads would compile the same loop, which takes seconds.
     """
     results: dict[Any, R] = {}
     lock = threading.RLock()

@@ -12,7 +12,6 @@ from layerjam.brake.mechanics.pull import peak
 from layerjam.brake.mechanics.stop.exact import stop, time_at_slip
 from layerjam.brake.mechanics.stop.motion import rope_spring
 from layerjam.brake.simulate import prediction as predicting
-from layerjam.brake.simulate import stop_spread
 from layerjam.brake.simulate.procedure import parse_procedure, simple_pull
 from layerjam.brake.simulate.pull_spread import pull_numbers, spread_pull
 from layerjam.brake.simulate.repeated_runs import interpolate_samples
@@ -125,7 +124,7 @@ def test_samples_agree_with_an_independent_monte_carlo():
 # at 30 kPa a third of these stops use up the travel; at 15 kPa all do, and no time is the longest
 @pytest.mark.parametrize("vacuum", [15e3, 30e3, 60e3])
 @pytest.mark.parametrize("rope", [None, 16.8e3])
-def test_interpolated_stopping_times_agree_with_those_of_every_sample(vacuum, rope):
+def test_stopping_times_are_those_of_every_sample(vacuum, rope):
     case = {"mass": 1.0, "speed": 2.0, "rope_stiffness": rope, "vacuum": vacuum}
     file = layerjam.load("choi2018-kapton")
     result = layerjam.drop(file, **case)
@@ -135,23 +134,7 @@ def test_interpolated_stopping_times_agree_with_those_of_every_sample(vacuum, ro
     numbers = (unit, 2.0 * unit, vacuum * unit, spring * unit, gravity, brakes)
     times = time_at_slip(stop(*numbers).slip, *numbers)
     expected = np.quantile(times, (0.025, 0.975), method="hazen")
-    assert ends(result, "stopping_time") == pytest.approx(expected, rel=0.03)
-
-
-def test_stops_next_to_those_that_snap_have_a_time():
-    """Every tenth brake counts as one that snaps, without a slip."""
-    file = layerjam.load("choi2018-kapton")
-    brakes = predicting.Prediction(file, 60e3, 0.02, 2.0).brakes
-    unit = np.ones(len(brakes.scale_factor))
-    spring = rope_spring(16.8e3, brakes)
-    case = (unit, 2.0 * unit, 60e3 * unit, spring * unit, 9.81 * unit, brakes)
-    end = stop(*case)
-    slip = np.where(np.arange(len(unit)) % 10 == 3, np.nan, end.slip)
-    times = stop_spread._find_times(end._replace(slip=slip), case)
-    assert (np.isnan(times) == np.isnan(slip)).all()
-    exact = time_at_slip(slip, *case)
-    assert np.nanmax(np.abs(times / exact - 1)) < 0.15
-    assert np.nanquantile(np.abs(times / exact - 1), 0.5) < 0.01
+    assert ends(result, "stopping_time") == pytest.approx(expected, rel=1e-9)
 
 
 def test_the_ends_of_the_force_have_the_intervals_of_forces_at_these_vacuums():

@@ -18,6 +18,7 @@ from layerjam.brake.commands.tuning import TunedVacuum, tune
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.load import load
 from layerjam.brake.simulate.tuned import Case, tuning_vacuum
+from layerjam.core.errors import QuantityError
 from layerjam.core.units import parse
 
 G = 9.80665
@@ -110,13 +111,13 @@ def false_advice(count: int, seed: int) -> tuple[list[Any], Counter[str]]:
     rng, wrong, met = np.random.default_rng(seed), [], Counter[str]()
     for _ in range(count):
         brake, case = random_case(rng)
-        answer = tune(brake, **case)
+        answer = tune(brake, **case, searches=("speeds", "alternatives"))
         met["tuned" if answer.feasible else "refused"] += 1
         for name, texts in advised(answer).items():
             for text in texts:
                 met[name] += 1
                 other, then = followed(brake, case, name, text)
-                again = tune(other, **then)
+                again = tune(other, **then, searches=())
                 if again.vacuum is None or misses(other, then, again.vacuum) > 1e-5:
                     wrong.append((name, text, case, brake, answer.reason))
     return wrong, met
@@ -162,7 +163,25 @@ def test_without_the_speeds_everything_else_is_the_same() -> None:
     case = {"mass": "1 kg", "travel": "40 mm", "rope_stiffness": "16.8 kN/m"}
     for speed, ends in (("2.5 m/s", 2), ("6 m/s", 0)):
         whole = tune("choi2018-kapton", speed=speed, **case)
-        short = tune("choi2018-kapton", speed=speed, find_speeds=False, **case)
+        short = tune("choi2018-kapton", speed=speed, searches=("safety", "alternatives"), **case)
         rows, others = dict(whole.rows()), dict(short.rows())
         left_out = [name for name, text in rows.items() if others.get(name) != text]
         assert left_out == ["least speed", "greatest speed"][:ends]
+
+
+@pytest.mark.parametrize("searches", [("speed",), "safety"])
+def test_a_search_of_another_name_is_refused(searches: Any) -> None:
+    with pytest.raises(QuantityError, match="searches: .* is not allowed; list some of 'safety'"):
+        tune("choi2018-kapton", mass="1 kg", speed="1.5 m/s", travel="40 mm", searches=searches)
+
+
+@pytest.mark.parametrize("speed", ["0.05 m/s", "6 m/s"])
+def test_the_basis_does_not_depend_on_the_other_searches(speed: str) -> None:
+    case = {"mass": "12 kg", "speed": speed, "travel": "40 mm"}
+    whole, alone = (
+        tune("choi2018-kapton", **case),
+        tune("choi2018-kapton", **case, searches=("safety",)),
+    )
+    assert not whole.feasible
+    assert (alone.basis, alone.basis_reason) == (whole.basis, whole.basis_reason)
+    assert alone.extrapolated == whole.extrapolated

@@ -236,7 +236,7 @@ def test_games_with_crosshead_and_pump_win_nothing(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10, 10 + cases(10, 1)))
 def test_long_games_win_nothing(seed):
-    check_games(seed, 3000, 60)
+    check_games(seed, cases(3000, 500), 60)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -313,14 +313,14 @@ def test_swinging_while_it_sticks_is_not_remembered():
 
 @pytest.mark.slow
 def test_one_history_at_a_time_and_many_at_once_agree_to_a_millionth():
-    """1,500 random walks in steps of a tenth of the travel, the vacuum anew at every step.
+    """Random walks in steps of a tenth of the travel, the vacuum anew at every step.
 
     Half of them on a grid: loops close and vacuums return exactly. No law may hang on a tie.
     """
-    travel, steps = 0.06, 96
+    travel, steps, count = 0.06, 96, cases(1500, 300)
     rng = np.random.default_rng(7)
-    walks = np.cumsum(rng.uniform(-travel / 10, travel / 10, (1500, steps)), axis=1)
-    path, vacuum = np.abs(walks) % travel, FULL * rng.uniform(size=(1500, steps))
+    walks = np.cumsum(rng.uniform(-travel / 10, travel / 10, (count, steps)), axis=1)
+    path, vacuum = np.abs(walks) % travel, FULL * rng.uniform(size=(count, steps))
     path[::2], vacuum[::2] = np.round(path[::2], 3), np.round(vacuum[::2], -4)
     one = jax.jit(lambda u, p: brake_cycle(u, p, KAPTON).force)
     many = np.asarray(jax.jit(jax.vmap(lambda u, p: brake_cycle(u, p, KAPTON).force))(path, vacuum))

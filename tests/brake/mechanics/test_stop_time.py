@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import simpson
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.hyperelastic import Hyperelastic
@@ -110,16 +111,16 @@ RUBBERY = replace(KAPTON, hyperelastic=Hyperelastic(strain=12.0, c10=11e3, c20=3
     ],
 )
 def test_a_stop_that_barely_passes_takes_its_time(brake: Brake) -> None:
-    """Against the trapezium rule over dz/v with 50,000 points, dense at the start."""
+    """Against Simpson's rule over dz/v with 2,500 pieces, dense at the start."""
     mass, vacuum, travel = 7.0, 80e3, KAPTON.sheets.usable_travel
     with double_precision():
         speed = float(barely_passing(mass, vacuum, brake, 1e-3))
-        part = np.linspace(0.0, 1.0, 50_001)
+        part = np.linspace(0.0, 1.0, 2501)
         slip = travel * part**4
         pace = np.asarray(speed_at_slip(slip, mass, speed, vacuum, SPRING, G, brake))
         way = slip + np.asarray(brake_force(slip, vacuum, brake)) / SPRING
-        sliding = np.sum(np.diff(way) * (1 / pace[1:] + 1 / pace[:-1]) / 2)
+        sliding = simpson(1 / pace, x=way)
         found = float(time_at_slip(travel, mass, speed, vacuum, SPRING, G, brake))
         start = float(time_at_slip(0.0, mass, speed, vacuum, SPRING, G, brake))
     assert pace.min() < 0.05 * pace.max()
-    assert found - start == pytest.approx(sliding, rel=1e-6)
+    assert found - start == pytest.approx(sliding, rel=1e-10)

@@ -32,6 +32,10 @@ if TYPE_CHECKING:
     from layerjam.brake.simulate.tuned import Case
 
 
+SEARCHES = ("safety", "speeds", "alternatives")
+"""Names of the searches of `tune` besides those for the vacuum and the lowest peak."""
+
+
 @result
 class TunedVacuum(PredictionResult):
     """Vacuum that stops the mass within the travel, or the reason why none does."""
@@ -89,9 +93,9 @@ def tune(
     atmosphere: Atmosphere = None,
     film: OtherFilm = None,
     interval: Interval = "next",
-    find_speeds: Annotated[
-        bool, PythonOnly("Whether to find the arrival speeds that some vacuum stops.")
-    ] = True,
+    searches: Annotated[
+        tuple[str, ...], PythonOnly("Searches besides those for the vacuum and the lowest peak.")
+    ] = SEARCHES,
 ) -> TunedVacuum:
     """Find the vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
@@ -100,30 +104,33 @@ def tune(
     stays within it, because friction and mounting scatter. If there is no such vacuum, `reason`
     explains why and lists alternatives: the speeds that can be stopped, or a different travel,
     number of sheets or number of parallel brakes, each as the only change. Each alternative has
-    been checked by tuning it. If there is one, `find_speeds=False` saves the search for the speeds.
+    been checked by tuning it. `searches` lists the other searches: "safety" for the safe vacuum and
+    the intervals, "speeds" for those that can be stopped, "alternatives" for the changes.
     """
     from layerjam.brake.mechanics.stop.tune import vacuum_eq10
     from layerjam.brake.simulate.drop import series_spring
     from layerjam.brake.simulate.safe_vacuum import predict_decision
     from layerjam.brake.simulate.speed import list_stop_notices
-    from layerjam.brake.simulate.tuned import find_tunable_speeds, tuning_vacuum
+    from layerjam.brake.simulate.tuned import tuning_vacuum
 
+    if isinstance(searches, str) or not set(searches) <= set(SEARCHES):
+        names = ", ".join(map(repr, SEARCHES))
+        raise QuantityError.of("searches", f"{searches!r} is not allowed; list some of {names}")
     device, g = brake.brake, brake.brake.site.gravity
     arrives = arrival_speed(speed, height, horizontal, g)
     case = tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal)
     pressure = tuning_vacuum(case)
-    reach = find_tunable_speeds(case) if find_speeds or pressure is None else None
     eq10 = float(vacuum_eq10(mass, arrives, travel, device))
     top = _find_top_force(case, pressure or device.site.atmosphere)
     distance = travel + top / series_spring(device, rope_stiffness)
-    low, high = reach or (None, None)
-    speed_range: dict[str, Any] = {"least_speed": low, "greatest_speed": high}
-    if pressure is None:
-        speed_range |= _suggest_alternatives(case, reach)
-    prediction = predict_decision(brake, case, pressure)
-    safety, notices = _find_safety(
-        prediction, case, confidence, interval, high is None or arrives > high
-    )
+    speed_range = _find_speeds(case, pressure is not None, searches)
+    safety: dict[str, Any] = {}
+    notices: list[Notice] = []
+    if "safety" in searches:
+        prediction = predict_decision(brake, case, pressure)
+        high = speed_range["greatest_speed"]
+        too_fast = high is None or arrives > high
+        safety, notices = _find_safety(prediction, case, confidence, interval, too_fast)
     return TunedVacuum(
         vacuum=pressure,
         vacuum_eq10=eq10 if math.isfinite(eq10) else None,
@@ -154,6 +161,24 @@ def _find_top_force(case: "Case", vacuum: float) -> float:
     spring = series_spring(device, case.rope)
     end = stop(case.mass, case.speed, vacuum, spring, case.gravity, device)
     return max(top, float(end.peak_force))
+
+
+def _find_speeds(case: "Case", has_vacuum: bool, searches: tuple[str, ...]) -> dict[str, Any]:
+    """Return the speeds that can be stopped and, without a tuned vacuum, reason and alternatives.
+
+    Without a tuned vacuum, the basis of the prediction depends on these speeds as well.
+    """
+    from layerjam.brake.simulate.tuned import find_tunable_speeds
+
+    uses_speeds = {"speeds"} if has_vacuum else {"safety", "alternatives"}
+    reach = find_tunable_speeds(case) if uses_speeds.intersection(searches) else None
+    low, high = reach or (None, None)
+    speeds: dict[str, Any] = {"least_speed": low, "greatest_speed": high}
+    if has_vacuum:
+        return speeds
+    if "alternatives" in searches:
+        return speeds | _suggest_alternatives(case, reach)
+    return speeds | {"reason": f"no vacuum stops the mass after exactly {show(case.travel, 'm')}"}
 
 
 def _find_safety(

@@ -141,7 +141,7 @@ def find_borrowed_fit(file: BrakeFile) -> tuple[str, dict[str, tuple[Any, Any]]]
     values, changes = file.known_values, []
     for name, own_source, old_values in _list_fitted_brakes():
         if source == own_source:
-            ends = {p: (v, values.get(p)) for p, v in old_values.items() if p.startswith(OF_SHEETS)}
+            ends = {place: (old, values.get(place)) for place, old in old_values.items()}
             changes.append((name, {p: pair for p, pair in ends.items() if _differ(*pair)}))
     nearest = min(changes, key=lambda change: len(change[1]), default=None)
     return nearest if nearest is not None and nearest[1] else None
@@ -150,11 +150,15 @@ def find_borrowed_fit(file: BrakeFile) -> tuple[str, dict[str, tuple[Any, Any]]]
 @functools.cache
 def _list_fitted_brakes() -> tuple[tuple[str, Source, Mapping[str, Any]], ...]:
     """Return name, source of the scale factor, and values for which it holds, of the catalogue."""
-    files = map(load, catalogue())
-    rows = ((f.name, f.sources.get("scale_factor"), f.known_values) for f in files)
+
+    def describe(file: BrakeFile) -> dict[str, Any]:
+        values = state_fitted("calibrate", file.known_values)
+        return {place: value for place, value in values.items() if place.startswith(OF_SHEETS)}
+
+    rows = ((f, f.sources.get("scale_factor")) for f in map(load, catalogue()))
     return tuple(
-        (name, source, state_fitted("calibrate", values))
-        for name, source, values in rows
+        (file.name, source, describe(file))
+        for file, source in rows
         if source is not None and source.kind in FITTED
     )
 

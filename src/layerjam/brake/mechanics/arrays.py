@@ -19,6 +19,7 @@ from layerjam.core.errors import QuantityError
 _KINDS: dict[type, bool] = {}
 """{type of a value: whether it is an array of JAX}, filled as types appear."""
 _NUMBERS = frozenset((float, int, bool, np.float64, np.int64, np.bool_))
+_PLAIN = _NUMBERS | {np.ndarray}
 _FLAGS = frozenset((bool, np.bool_))
 _F8 = np.float64
 
@@ -81,7 +82,7 @@ def _make_dispatcher(name: str, quick: Any, plain: Any) -> Any:
             if result is not None:
                 return result
         for arg in args:
-            if is_jax(arg):
+            if type(arg) not in _PLAIN and is_jax(arg):
                 return getattr(sys.modules["jax.numpy"], name)(*args, **keywords)
         result = plain(*args, **keywords)
         # NumPy's functions return arrays without axes where its operators return numbers

@@ -59,7 +59,9 @@ def _interpolate_zero(
     (a, fa), (b, fb) = start, end
     fa, fb = xp.where(xp.isnan(fa), -xp.inf, fa), xp.where(xp.isnan(fb), xp.inf, fb)
     low, high, is_below, is_above = a, b, fb < 0, fa >= 0
-    t = 0.5 + 0.0 * (a + b)
+    # start where a straight line crosses zero
+    line = fa / (fa - fb)
+    t = xp.where((line > 0) & (line < 1), line, 0.5)
     for _ in range(_MOST_STEPS):
         x = a + t * (b - a)
         f = function(x)
@@ -89,10 +91,22 @@ def implicit_root(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
     return carry_gradient(function, guess, low, high)
 
 
-def crossing(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
-    """Return `implicit_root` where the function crosses zero between two arrays, else NaN."""
+def crossing(
+    function: Callable[[Any], Any],
+    low: Any,
+    high: Any,
+    solve: Callable[[Any, Any], Any] | None = None,
+) -> Any:
+    """Return `implicit_root` where the function crosses zero between two arrays, else NaN.
+
+    `solve` finds the root between two arrays, if there is a faster way than a search.
+    """
     ends = function(low), function(high)
-    root = carry_gradient(function, rising_zero(function, low, high, ends=ends), low, high)
+    if solve is None:
+        root = rising_zero(function, low, high, ends=ends)
+    else:
+        root = freeze(xp.clip(solve(low, high), low, high))
+    root = carry_gradient(function, root, low, high)
     return xp.where((ends[0] <= 0) & (ends[1] >= 0), root, xp.nan)
 
 

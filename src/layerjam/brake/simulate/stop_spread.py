@@ -13,7 +13,6 @@ import numpy.typing as npt
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
-from layerjam.brake.mechanics.arrays import map_leaves
 from layerjam.brake.mechanics.stop.exact import NOT_A_CASE, SNAPS, stop, time_at_slip
 from layerjam.brake.simulate.drop import TimedStop
 from layerjam.brake.simulate.equivalent_stop import StopCase, make_linear, match_stop
@@ -24,10 +23,6 @@ from layerjam.core.evolve import evolve
 from layerjam.core.units import show
 
 Array = npt.NDArray[np.float64]
-FEW_TIMES = 250
-"""Number of stopping times up to which each is exact."""
-TIME_STRIDE, TIME_TAIL = 8, 60
-"""Stride of the samples whose stopping time is exact, and number of exact ones at each end."""
 LEAST_SHARE = 0.995
 """Share of stops within the usable travel below which a notice states it."""
 ENDED = (Outcome.STOPPED, Outcome.NEVER_SLID, Outcome.BOTTOMED_OUT)
@@ -151,32 +146,5 @@ def _solve_stops(brakes: Brake, case: StopCase) -> dict[str, Array]:
     arguments = (*(value * unit for value in numbers), brakes)
     end = stop(*arguments)
     has_snapped = (end.outcome == SNAPS) | (end.outcome == NOT_A_CASE)
-    values = {**end._asdict(), "time": _find_times(end, arguments)}
+    values = {**end._asdict(), "time": time_at_slip(end.slip, *arguments)}
     return {key: np.where(has_snapped, np.inf, values[name]) for key, name in KEYS.items()}
-
-
-def _find_times(end: Any, case: tuple[Any, ...]) -> Array:
-    """Return the stopping times [s] of exact stops with these ends, shape (N,).
-
-    Each is a slow quadrature, so most are interpolated by slip and speed at the end. The shortest
-    and longest are exact, because an interval rests on them.
-    """
-    count = len(end.slip)
-
-    def solve(places: npt.NDArray[np.int64]) -> Array:
-        def take(leaf: Any) -> Any:
-            return leaf[places] if np.shape(leaf) == (count,) else leaf
-
-        return np.asarray(time_at_slip(end.slip[places], *(map_leaves(take, c) for c in case)))
-
-    if count <= FEW_TIMES:
-        return solve(np.arange(count, dtype=np.int64))
-    order, times = np.lexsort((end.end_speed, end.slip)), np.empty(count)
-    places = order[::TIME_STRIDE]
-    times[order] = np.interp(np.arange(count), np.arange(0, count, TIME_STRIDE), solve(places))
-    ranks = np.argsort(times)
-    # next to stops without a time, interpolation has none either
-    holes = np.flatnonzero(np.isnan(times) & np.isfinite(end.slip))
-    inexact = np.unique(np.concatenate((ranks[:TIME_TAIL], ranks[-TIME_TAIL:], holes)))
-    times[inexact] = solve(inexact)
-    return times

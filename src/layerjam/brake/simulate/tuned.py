@@ -24,10 +24,10 @@ Array = npt.NDArray[np.float64]
 MOST_SHEETS, MOST_BRAKES = 499, 999
 TRAVELS = SPEEDS = 500
 """Number of travels and speeds tried, and number of further ones between two neighbours."""
-AT_ONCE = 512
-"""Number of cases per call, always the same, so that the law compiles once."""
+NEAREST = 128
+"""Number of values that a search for the first one tries at once before all others."""
 FEW = 65
-"""The same number, also of travels and speeds, if every stop must be integrated."""
+"""Number of cases per call if every stop must be integrated, so that the law compiles once."""
 MARGINS = np.array([1e-12, 1e-9, 1e-6, 1e-3])
 """Relative distances from the ends of a range at which a speed is tried."""
 DIGITS = 4
@@ -78,24 +78,31 @@ def _tuning_arguments(case: Case) -> tuple[Any, ...]:
     return mass, speed, travel, rope, gravity, brake
 
 
-def _batch_size(case: Case, size: int = AT_ONCE) -> int:
-    return FEW if depends_on_speed(case.brake) else size
+def _count_values(case: Case, usual: int) -> int:
+    return FEW if depends_on_speed(case.brake) else usual
+
+
+def _split(case: Case, values: Array, first: int) -> list[Array]:
+    """Return the values in the parts that are tried at once; the `first` ones come alone."""
+    if depends_on_speed(case.brake):
+        return [values[i : i + FEW] for i in range(0, len(values), FEW)]
+    return [part for part in (values[:first], values[first:]) if part.size]
 
 
 def can_tune(case: Case, name: str, values: Array) -> npt.NDArray[np.bool_]:
     """Return whether the case can be tuned with each of several values of one quantity."""
-    size = _batch_size(case)
-    pieces = [values[i : i + size] for i in range(0, len(values), size)]
-    return np.concatenate([_can_tune_batch(case, name, piece, size) for piece in pieces])
+    parts = _split(case, values, len(values))
+    return np.concatenate([_can_tune_part(case, name, part) for part in parts])
 
 
-def _can_tune_batch(case: Case, name: str, values: Array, size: int) -> npt.NDArray[np.bool_]:
+def _can_tune_part(case: Case, name: str, values: Array) -> npt.NDArray[np.bool_]:
     defaults = {
         "count": float(case.brake.sheets.count),
         "speed": case.speed,
         "travel": case.travel,
         "share": float(case.share),
     }
+    size = _count_values(case, len(values))
     columns: dict[str, Any] = {key: np.full(size, value) for key, value in defaults.items()}
     columns[name][: len(values)] = values
     vacuums = np.asarray(tuned_stop(*_tuning_arguments(case.with_changes(**columns))))
@@ -104,10 +111,8 @@ def _can_tune_batch(case: Case, name: str, values: Array, size: int) -> npt.NDAr
 
 def _first_tunable_value(case: Case, name: str, values: Array) -> Any:
     """Return the first value with which the single case can be tuned, or None."""
-    size = _batch_size(case)
-    for i in range(0, len(values), size):
-        piece = values[i : i + size]
-        for value in piece[can_tune(case, name, piece)].tolist():
+    for part in _split(case, values, NEAREST):
+        for value in part[_can_tune_part(case, name, part)].tolist():
             if tuning_vacuum(case.with_changes(**{name: value})) is not None:
                 return value
     return None
@@ -116,7 +121,7 @@ def _first_tunable_value(case: Case, name: str, values: Array) -> Any:
 def suggest_travel(case: Case) -> float | None:
     """Return the nearest shorter travel [m] that works, or the nearest longer one, or None."""
     usable = case.brake.sheets.usable_travel
-    count = _batch_size(case, TRAVELS)
+    count = _count_values(case, TRAVELS)
     grid = np.linspace(0.0, usable, count + 1)[1:]
     shorter, longer = grid[grid < case.travel][::-1], grid[grid > case.travel]
     for side in (shorter, longer):
@@ -177,7 +182,7 @@ def find_tunable_speeds(case: Case) -> tuple[float, float] | None:
     low, high = max(low, ARRIVAL_SPEED.lo), min(high, ARRIVAL_SPEED.hi)
     if not low <= high:
         return None
-    count = _batch_size(case, SPEEDS)
+    count = _count_values(case, SPEEDS)
     interior = np.linspace(low, high, count)[1:-1]
     grid = np.unique([*low * (1 + MARGINS), *interior, *high * (1 - MARGINS)])
     grid = grid[(grid >= low) & (grid <= high)]

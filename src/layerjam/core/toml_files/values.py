@@ -3,11 +3,11 @@
 `QuantitySpec` has the same methods, so a reader need not distinguish the kinds of value.
 """
 
-from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, NamedTuple, Protocol
 
 from layerjam.core.errors import QuantityError, UnknownNameError
+from layerjam.core.threads import cache_threadsafe
 
 
 class ValueSpec(Protocol):
@@ -138,15 +138,20 @@ class Entry(NamedTuple):
     """Whether the value itself is a table, and not a value with its source."""
 
 
-def entries(cls: type, prefix: str = "", in_optional: bool = False) -> Iterator[tuple[str, Entry]]:
-    """Iterate over (dotted path, Entry) of every field of a record class that a file may set."""
-    for f in fields(cls):  # type: ignore[arg-type]
+@cache_threadsafe
+def entries(
+    cls: type, prefix: str = "", in_optional: bool = False
+) -> tuple[tuple[str, Entry], ...]:
+    """Return (dotted path, Entry) of every field of a record class that a file may set."""
+    rows: list[tuple[str, Entry]] = []
+    for f in fields(cls):
         spec = f.metadata.get("quantity") or f.metadata.get("value")
         required = f.default is MISSING
         if spec is not None:
             default = None if required else f.default
             table = bool(f.metadata.get("table"))
-            yield prefix + f.name, Entry(spec, required, in_optional, default, table)
+            rows.append((prefix + f.name, Entry(spec, required, in_optional, default, table)))
         elif "record" in f.metadata:
             inner = f.metadata["record"]
-            yield from entries(inner, f"{prefix}{f.name}.", in_optional or f.default is None)
+            rows += entries(inner, f"{prefix}{f.name}.", in_optional or f.default is None)
+    return tuple(rows)

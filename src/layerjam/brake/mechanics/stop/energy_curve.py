@@ -41,9 +41,10 @@ from layerjam.brake.mechanics.stop.algebra import (
 )
 from layerjam.brake.mechanics.stop.duration import (
     MARGIN,
+    Course,
     Expand,
     Expansion,
-    expand_energy,
+    expand_course,
     expand_quartic,
     pieces_time,
 )
@@ -123,19 +124,23 @@ class Curve(NamedTuple):
         return freeze(xp.minimum(least, w_end)), w_end
 
     def expand(self, load: Mass) -> Expand:
-        """Return the expansion of K, in closed form if there is one."""
+        """Return the expansion of the mass's course, in closed form if there is one."""
         if not self.is_quartic:
 
-            def slope(w: Any) -> Any:
+            def course(w: Any) -> Course:
                 point = self.point_at(w)
-                return (load.weight - point.force) * _mass_slope(point, load)
+                pace = _mass_slope(point, load)
+                return Course(mass_energy(point, load), (load.weight - point.force) * pace, pace)
 
-            return expand_energy(lambda w: mass_energy(self.point_at(w), load), slope)
-        case = self.make_setup(load)
+            return expand_course(course)
+        case, strip = self.make_setup(load), cast(EnclosureLaw, self.enclosure)
 
         def expand_at(end: Any, sign: Any) -> Expansion:
-            inside = end + sign * MARGIN * xp.maximum(end, 1e-6)
-            return expand_quartic(quartic(case, inside > self.enclosure.kink), end, sign)
+            linear = end + sign * MARGIN * xp.maximum(end, 1e-6) > strip.kink
+            stiffening = xp.where(linear, strip.stiffness / strip.reach, 0.0) - case.c
+            start = xp.where(linear, 0.0, strip.root) * case.compliance
+            pace = start, 2 * (1 + stiffening * case.compliance)
+            return expand_quartic(quartic(case, linear), pace, end, sign)
 
         return expand_at
 
@@ -234,11 +239,8 @@ def sliding_time(slip: Any, curve: Curve, load: Mass) -> Any:
     kink = xp.minimum(curve.enclosure.kink, end)
     cuts = xp.stack([xp.zeros_like(end), *turns, kink, end])
 
-    def pace(w: Any) -> Any:
-        return _mass_slope(curve.point_at(w), load)
-
     def falls(w: Any) -> Any:
         return curve.point_at(w).force > load.weight
 
-    expand = curve.expand(load)
-    return keep_if(end >= 0, pieces_time(xp.sort(cuts, axis=0), expand, falls, pace, load.mass))
+    time = pieces_time(xp.sort(cuts, axis=0), curve.expand(load), falls, load.mass)
+    return keep_if(end >= 0, time)

@@ -8,7 +8,7 @@ form, and the travel is its first root. In w = sqrt(s) it is a quartic, smooth a
 from typing import Any
 
 from layerjam.brake.device.brake import Brake
-from layerjam.brake.mechanics.arrays import choose, freeze, xp
+from layerjam.brake.mechanics.arrays import choose, freeze, repeat_while, xp
 from layerjam.brake.mechanics.enclosure import enclosure_law
 from layerjam.brake.mechanics.friction import sheet_law
 from layerjam.brake.mechanics.law import keep_if, law, safe_sqrt
@@ -50,6 +50,8 @@ from layerjam.brake.mechanics.stop.paced import (
 
 __all__ = ["BOTTOMED_OUT", "NEVER_SLID", "NOT_A_CASE", "SNAPS", "STOPPED"]
 __all__ += ["Stop", "speed_at_slip", "stop", "time_at_slip"]
+STEPS, MOST_STEPS = 3, 8
+"""Number of curvature steps that every case takes, and at most."""
 SETTLED = 1e-5
 """Relative size of the last step of the root search below which the next one has no effect."""
 
@@ -66,25 +68,37 @@ def paced_setup(
     return new_case(case, gravity, sheets.shapes, brake)
 
 
-def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
-    """Return sqrt of the slip in [low, high] at which the falling kinetic energy is zero.
+def first_root(energy: Quartic, low: Any, high: Any) -> Any:
+    """Return the place in [low, high] at which the falling kinetic energy is zero; no gradient.
 
-    It takes three curvature steps from the root without an enclosure. Newton steps limited to the
-    bracket follow for the cases that have not settled, and for them alone.
+    It takes curvature steps from the root without an enclosure, each case until it has settled.
+    Newton steps limited to the bracket follow for those that have not.
     """
-    root_guess = guess_root(energy, low, high)
-    for _ in range(2):
-        root_guess = curvature_step(energy, root_guess, low, high)
-    root = curvature_step(energy, root_guess, low, high)
-    has_settled = ~(xp.abs(root - root_guess) > SETTLED * high)
+    energy, low, high = freeze((energy, low, high))
+
+    def is_open(size: Any) -> Any:
+        return size > SETTLED * high
+
+    def step(state: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+        root, size, count = state
+        goes_on, new = (count < STEPS) | is_open(size), curvature_step(energy, root, low, high)
+        return xp.where(goes_on, new, root), xp.where(goes_on, abs(new - root), size), count + 1
+
+    def is_unfinished(state: tuple[Any, Any, Any]) -> Any:
+        _, size, count = state
+        return (count < STEPS) | ((count < MOST_STEPS) & xp.any(is_open(size)))
 
     def rising(state: tuple[Any, None]) -> tuple[Any, Any, None]:
         return -quartic_value(energy, state[0]), -quartic_slope(energy, state[0]), None
 
-    def search() -> Any:
-        return xp.where(has_settled, root, newton_root(rising, (low + high) / 2, low, high))
+    start = guess_root(energy, low, high), xp.full_like(high, xp.inf), 0
+    root, size, _ = repeat_while(is_unfinished, step, start)
+    needs_search = is_open(size)
 
-    return choose(xp.all(has_settled), lambda: root, search)
+    def search() -> Any:
+        return xp.where(needs_search, newton_root(rising, (low + high) / 2, low, high), root)
+
+    return choose(xp.any(needs_search), search, lambda: root)
 
 
 @law
@@ -132,9 +146,9 @@ def _solve(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
     case = curve.make_setup(Mass(mass, speed, spring, gravity))
     bracket = bracket_root(case, travel + xp.zeros_like(case.kinetic))
     # the search is not differentiated, but the polishing step carries the gradient of the root
-    energy, low, high = freeze((bracket.energy, bracket.low, bracket.high))
-    root = _first_root(energy, low, high)
-    root = polish_root(bracket.energy, root, freeze(quartic_slope(energy, root)))
+    root = first_root(bracket.energy, bracket.low, bracket.high)
+    slope = freeze(quartic_slope(bracket.energy, root))
+    root = polish_root(bracket.energy, root, slope)
     end = make_stop(case, bracket, root)
     is_valid = is_valid & xp.isfinite(case.kinetic) & (case.onset + case.enclosure.root >= 0)
     return _keep_cases(end, is_valid)

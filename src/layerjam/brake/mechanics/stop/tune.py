@@ -1,10 +1,12 @@
 """Vacuum that stops a mass after a given slip: by the paper's eq. 10, and exactly."""
 
-from typing import Any
+import functools
+from typing import Any, NamedTuple
 
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.mechanics.arrays import map_leaves, xp
-from layerjam.brake.mechanics.enclosure import brake_enclosure
+from layerjam.brake.mechanics.effects import has_single_modulus, is_proportional
+from layerjam.brake.mechanics.enclosure import brake_enclosure, enclosure_law
 from layerjam.brake.mechanics.energy import slip_work
 from layerjam.brake.mechanics.friction import sheet_law
 from layerjam.brake.mechanics.law import keep_if, law, safe_sqrt
@@ -12,7 +14,14 @@ from layerjam.brake.mechanics.pull import holding_vacuum
 from layerjam.brake.mechanics.roots import crossing
 from layerjam.brake.mechanics.slip_effects import friction_force, friction_work
 from layerjam.brake.mechanics.speed_effects import depends_on_speed, has_speed_effects, ignore_speed
-from layerjam.brake.mechanics.stop.exact import STOPPED, stop
+from layerjam.brake.mechanics.stop.algebra import (
+    Quartic,
+    polish_root,
+    quartic_slope,
+    quartic_value,
+)
+from layerjam.brake.mechanics.stop.energy_curve import Mass
+from layerjam.brake.mechanics.stop.exact import STOPPED, first_root, stop
 from layerjam.brake.mechanics.stop.motion import rope_spring
 from layerjam.brake.mechanics.stop.paced_tune import (
     FARTHEST,
@@ -61,7 +70,58 @@ def _balanced_vacuum(
     def excess(vacuum: Any) -> Any:
         return _absorbed_energy(vacuum, mass * gravity, slip, spring, brake) - mass * speed**2 / 2
 
-    return keep_if(~xp.isnan(holding), crossing(excess, low, top))
+    if is_proportional(brake) and has_single_modulus(brake):
+        balance = _make_balance(Mass(mass, speed, spring, gravity), slip, brake)
+        vacuum = crossing(excess, low, top, functools.partial(_find_balance, balance))
+    else:
+        vacuum = crossing(excess, low, top)
+    return keep_if(~xp.isnan(holding), vacuum)
+
+
+class _Balance(NamedTuple):
+    """Kinetic energy left after a slip, as quartics in the square root of the vacuum."""
+
+    linear: Quartic
+    """Energy while the whole enclosure moves."""
+    spread: Quartic
+    """Energy while the slip spreads over the enclosure."""
+    edge: Any
+    """Square root of the vacuum up to which the whole enclosure moves."""
+
+
+def _make_balance(load: Mass, slip: Any, brake: Brake) -> _Balance:
+    """Return the energy if friction is proportional to the vacuum, with one modulus."""
+    sheets, unit, compliance = sheet_law(1.0, brake), enclosure_law(1.0, brake), 1 / load.k
+    force, work = friction_force(slip, sheets), friction_work(0.0 * slip, slip, sheets)
+    start, none = load.arrival_energy + load.weight * slip, 0.0 * force
+    grip, step = unit.root * safe_sqrt(slip), unit.friction * unit.reach
+    spread = Quartic(
+        start + none,
+        load.weight * grip * compliance - grip * slip * (2 / 3),
+        load.weight * force * compliance - work - grip**2 * compliance / 2,
+        -force * grip * compliance,
+        -(force**2) * compliance / 2,
+    )
+    strip_force, both = unit.stiffness * slip / unit.reach, force + step
+    linear = Quartic(
+        start + (load.weight - strip_force / 2) * strip_force * compliance - strip_force * slip / 2,
+        none,
+        (load.weight - strip_force) * both * compliance - work - step * slip,
+        none,
+        unit.saturation * step / 6 - both**2 * compliance / 2,
+    )
+    return _Balance(linear, spread, safe_sqrt(slip / unit.saturation))
+
+
+def _find_balance(balance: _Balance, low: Any, high: Any) -> Any:
+    """Return the vacuum between two vacuums [Pa] at which no kinetic energy is left."""
+    low, high = safe_sqrt(low), safe_sqrt(high)
+    edge = xp.clip(xp.where(balance.edge >= 0, balance.edge, high), low, high)
+    ends_early = quartic_value(balance.linear, edge) <= 0
+    energy = Quartic(*(xp.where(ends_early, *pair) for pair in zip(*balance[:2], strict=True)))
+    low, high = xp.where(ends_early, low, edge), xp.where(ends_early, edge, high)
+    root = first_root(energy, low, high)
+    return polish_root(energy, root, quartic_slope(energy, root)) ** 2
 
 
 @law
