@@ -6,6 +6,7 @@ import gc
 import re
 from contextlib import asynccontextmanager
 
+from nicegui import Client
 from nicegui.testing import user_simulation
 
 from layerjam.workbench.pages.all import Tab
@@ -13,6 +14,18 @@ from layerjam.workbench.shell import DARK, build_frame
 
 LIGHT = {re.compile(r".*" + re.escape(DARK)): lambda _: False}
 """Answer of a browser with a light page, for which the frame waits two seconds else."""
+
+
+@asynccontextmanager
+async def simulate_user(built):
+    """User of a simulated browser, for pages that `built()` builds."""
+    async with user_simulation(built) as user:
+        user.javascript_rules |= LIGHT
+        try:
+            yield user
+        finally:  # Python 3.11 can lose a cancellation of the loop that sends updates
+            for client in Client.instances.values():
+                client.outbox.stop()
 
 
 @asynccontextmanager
@@ -32,8 +45,7 @@ async def standing(kind, link=""):
     tab = Only(kind.name, kind.__name__, "")
     gc.freeze()  # the simulation searches all garbage, of all tests before this one as well
     try:
-        async with user_simulation(lambda: build_frame(link, [tab], lambda: None)) as user:
-            user.javascript_rules |= LIGHT
+        async with simulate_user(lambda: build_frame(link, [tab], lambda: None)) as user:
             await user.open("/")
             yield user, pages
     finally:

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nicegui import ui
-from nicegui.testing import user_simulation
 
 from layerjam.brake.commands.edit import BRAKE_FIELDS as FIELDS
 from layerjam.brake.device.load import load
@@ -30,7 +29,7 @@ from layerjam.workbench.scene import (
 from layerjam.workbench.state import format_link, parse_link
 from layerjam.workshop.commands.show import show
 from strategies import one, random_brakes, seeds
-from workbench.standing import standing
+from workbench.standing import simulate_user, standing
 
 KAPTON = load("choi2018-kapton").brake
 
@@ -79,7 +78,7 @@ def test_a_move_tells_the_picture_once_and_a_rest_nothing(monkeypatch):
         return stack, words, live._waiting.pop(view.scene.client, {})
 
     async def drive() -> None:
-        async with user_simulation(page) as user:
+        async with simulate_user(page) as user:
             await user.open("/")
             scene = views[0].scene
             scene._initialized_event.set()

@@ -23,8 +23,9 @@ from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import POINTS, thin_points
 from layerjam.workbench.controls import Control, read_number
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import TABS
-from layerjam.workbench.runner import ComputationStopped, Runner
+from layerjam.workbench.runner import ComputationStopped, Part, Runner
 from layerjam.workbench.server import LOCAL, RequestGuard, check_address, is_loopback
 from layerjam.workbench.state import LARGEST, State, format_link, parse_link
 from printed import split_command
@@ -295,6 +296,56 @@ def test_the_latest_inputs_win():
 
     asyncio.run(scene())
     assert shown[-1] == 9 and len(computed) <= 3
+
+
+def test_a_part_is_shown_first_and_the_rest_once_nobody_asks_again(monkeypatch):
+    """The second request comes while the rest of the first waits, which nobody needs then."""
+    value, seen = ["old"], []
+
+    async def elsewhere(compute):
+        return compute()
+
+    def compute():
+        now = value[0]
+        # the first waits for the second request, however long that takes
+        monkeypatch.setattr("layerjam.workbench.runner.PAUSE", {"old": 600.0, "new": 0.0}[now])
+        return Part(f"part of {now}", lambda: f"all of {now}")
+
+    async def scene():
+        runner = Runner(
+            compute, lambda result, problem: seen.append(result), elsewhere, seen.append
+        )
+        first = asyncio.create_task(runner.request_result())
+        while not seen:
+            await asyncio.sleep(0)
+        value[0] = "new"
+        await runner.request_result()
+        await first
+
+    asyncio.run(scene())
+    assert seen == ["part of old", "part of new", "all of new"]
+
+
+def test_after_a_stop_the_last_result_takes_the_place_of_a_part(monkeypatch):
+    drawn = []
+
+    class Numbers(Page):
+        def draw(self, result):
+            drawn.append(result)
+
+        draw_part = draw
+
+    tasks = SimpleNamespace(create=lambda task, name: task.close())
+    monkeypatch.setattr("layerjam.workbench.page.background_tasks", tasks)
+    page = Numbers(Desk(State()))
+    page.client = SimpleNamespace(is_deleted=False)
+    page._show([1.0], "")
+    page._show_part([2.0])
+    page._show(None, "stopped")
+    page._show(None, "a wrong input, of which no part was shown")
+    page._show_part([3.0])
+    page._show([3.0, 4.0], "")
+    assert drawn == [[1.0], [2.0], [1.0], [3.0], [3.0, 4.0]] and page.result == [3.0, 4.0]
 
 
 def test_problems_are_words_and_a_stopped_run_says_so():

@@ -6,7 +6,6 @@ import asyncio
 import re
 
 import pytest
-from nicegui.testing import user_simulation
 
 from layerjam.core.command.declare import PYTHON_ONLY, OutFile, Progress
 from layerjam.workbench.call import parameters
@@ -14,6 +13,7 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.pages.laboratory import BY_FILE
 from layerjam.workbench.state import State
+from workbench.standing import simulate_user
 
 BEHIND = (
     ("brake", {"part": "brake"}, ("show", "force")),
@@ -86,7 +86,7 @@ async def controls_of(name, settings):
         page.refresh = lambda: None
         page.open()
 
-    async with user_simulation(built) as user:
+    async with simulate_user(built) as user:
         await user.open("/")
         elements = user.client.elements.values()
         idents = [str(e.props.get("data-testid", "")) for e in elements]

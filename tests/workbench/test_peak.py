@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
+from types import SimpleNamespace
+
 import pytest
 
 from layerjam.brake.commands.tensile import tensile
@@ -43,6 +46,23 @@ def test_the_sheets_found_are_the_nearest_at_this_vacuum(page):
     assert f"{int(found.value)} sheets" in describe_result(found, 300.0, True)
     beyond = describe_result(page.peak.search_setting(1e6, by_sheets=True), 1e6, True)
     assert beyond.startswith(f"No number of sheets up to {MAX_SHEETS} sheets gives")
+
+
+def test_a_peak_that_is_drawn_during_the_last_search_appears_in_the_field(page, monkeypatch):
+    """The released pointer asks once more for the peak that is shown, and nothing else is drawn."""
+    setting, texts = page.peak, []
+    setting.field = SimpleNamespace(value="150", show_text=texts.append)
+
+    def search(force, by_sheets):
+        setting.fill(force)
+        assert texts == [], "what is typed stays during a search"
+        return object()
+
+    monkeypatch.setattr(setting, "search_setting", search)
+    monkeypatch.setattr(setting, "_apply_result", lambda *_: None)
+    setting._asked, setting._seeking = 120.1, True
+    asyncio.run(setting._search_target())
+    assert texts == ["120.1"]
 
 
 def test_a_dragged_peak_is_one_step_of_undo_and_the_slider_follows():

@@ -7,7 +7,6 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from nicegui.testing import user_simulation
 
 from layerjam.brake.device.load import load
 from layerjam.workbench.pages.all import TABS
@@ -15,7 +14,7 @@ from layerjam.workbench.preparation import Preparation
 from layerjam.workbench.shell import build_frame
 
 from .conftest import running
-from .standing import LIGHT
+from .standing import simulate_user
 
 
 def test_each_step_is_done_once_and_named() -> None:
@@ -41,8 +40,7 @@ def test_the_frame_and_the_page_appear_while_the_first_result_is_prepared() -> N
     preparation = Preparation(loading=lambda: None, computing=wait)
 
     async def use() -> None:
-        async with user_simulation(lambda: build_frame("", TABS, preparation)) as user:
-            user.javascript_rules |= LIGHT
+        async with simulate_user(lambda: build_frame("", TABS, preparation)) as user:
             await user.open("/")
             await user.should_see("layerjam")
             await user.should_see("Preparing, ")
@@ -65,7 +63,7 @@ def test_the_frame_and_the_page_appear_while_the_first_result_is_prepared() -> N
 def test_the_brake_is_drawn_before_the_browser_has_loaded_any_code(chromium) -> None:
     async def fetch_page() -> str:
         preparation = Preparation(loading=lambda: None)
-        async with user_simulation(lambda: build_frame("", TABS, preparation)) as user:
+        async with simulate_user(lambda: build_frame("", TABS, preparation)) as user:
             return str((await user.http_client.get("/")).text)
 
     with ThreadPoolExecutor() as pool:  # Chromium's driver has a loop in this thread

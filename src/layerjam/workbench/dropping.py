@@ -10,7 +10,7 @@ import tomlkit
 from nicegui import background_tasks, events, run, ui
 from nicegui.elements.upload_files import FileUpload
 
-from layerjam.core.errors import FileError, LayerjamError
+from layerjam.core.errors import FileError, LayerjamError, count_text
 from layerjam.core.toml_files.toml import MAX_BYTES, decode_toml, parse_toml
 from layerjam.core.toml_files.writer import dump_toml
 from layerjam.core.units import QuantitySpec, build, get_spec, show
@@ -195,7 +195,7 @@ class Dropping:
             self._came_list = False
             lacking = len(self.uploads.listed) - len(names)
             note = f"; still missing: {lacking} of those listed" if lacking else ""
-            count = "1 file" if len(names) == 1 else f"{len(names)} files"
+            count = count_text(len(names), "file")
             ui.notify(f"{LIST}: conditions read for {count}{note}", type="positive")
             self.desk.announce_files()
 
@@ -258,8 +258,7 @@ class DropHint:
     def update_count(self) -> None:
         """Show the number of files that are waiting to be accepted."""
         count = len(self.desk.files.waiting)
-        text = "1 file to sort" if count == 1 else f"{count} files to sort"
-        self._waiting.set_text(f"{text}: view the proposals")
+        self._waiting.set_text(f"{count_text(count, 'file')} to sort: view the proposals")
         self._waiting.set_visibility(count > 0)
 
 

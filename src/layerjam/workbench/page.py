@@ -118,6 +118,10 @@ class View(ControlGroup):
         """Return the answers to the calls."""
         return [Answer(call, call.run()) for call in self.calls()]
 
+    def begin(self) -> Any:
+        """Return the answers, or a `Part` that `draw_part` shows while the others are computed."""
+        return self.compute()
+
     def answers(self) -> Sequence[Answer]:
         """Return the displayed answers, in order; may be empty."""
         return collect_answers(self.result)
@@ -133,6 +137,9 @@ class View(ControlGroup):
     def draw(self, result: Any) -> None:
         """Show the result of `compute`."""
         raise NotImplementedError
+
+    def draw_part(self, part: Any) -> None:
+        """Show the part of the result with which `begin` begins, if it returns one."""
 
 
 class Page(View):
@@ -150,12 +157,13 @@ class Page(View):
         self.place: ui.element | None = None
         """Element that contains the page; tasks show notices and start downloads in it."""
         self.prepare: Callable[[], None] = lambda: None
-        self.runner = Runner(self._compute_answer, self._show, run.io_bound)
+        self.runner = Runner(self._compute_answer, self._show, run.io_bound, self._show_part)
+        self._shows_part = False
         desk.add_watcher(self._on_change)
 
     def _compute_answer(self) -> Any:
         self.prepare()
-        return self.compute()
+        return self.begin()
 
     def open(self) -> None:
         """Build the page if necessary, and update it."""
@@ -183,9 +191,18 @@ class Page(View):
         if change not in ("page", "waiting", "choosing"):
             self.refresh()
 
+    def _is_gone(self) -> bool:
+        """Return whether the tab was closed in the meantime, or the program ends."""
+        return self.client is None or self.client.is_deleted or app.is_stopping
+
+    def _show_part(self, part: Any) -> None:
+        if not self._is_gone():
+            self._shows_part = True
+            with self.place or contextlib.nullcontext():
+                self.draw_part(part)
+
     def _show(self, result: Any, problem: str) -> None:
-        # the tab was closed in the meantime, or the program ends
-        if self.client is None or self.client.is_deleted or app.is_stopping:
+        if self._is_gone():
             return
         refusals = [] if problem else [(a.quantity, a.refusal) for a in collect_answers(result)]
         self._show_problems([*refusals, (find_error_quantity(self.runner.error), problem)])
@@ -193,8 +210,11 @@ class Page(View):
             self.problem.show_error(problem)
         if not problem:
             self.result = result
+        # after a stop, the part that was shown gives way to the last result
+        if not problem or (self._shows_part and self.result is not None):
             with self.place or contextlib.nullcontext():
-                self.draw(result)
+                self.draw(self.result)
+        self._shows_part = False
         background_tasks.create(tidy_after_result(self.name), name="layerjam settles")
 
     def _show_problems(self, problems: Sequence[tuple[str | None, str]]) -> None:

@@ -44,7 +44,7 @@ class PeakSetting:
         """`call` is the displayed pull, `limit` the highest vacuum on the page [Pa]."""
         self._desk, self._page, self._now, self._most = desk, page, call, limit
         self._asked: float | None = None
-        self._seeking = False
+        self._seeking = self._fills_later = False
         self._peak = 0.0
 
     def build(self) -> None:
@@ -67,8 +67,11 @@ class PeakSetting:
     def fill(self, peak: float) -> None:
         """Show a peak force in the field [N]."""
         self._peak = peak
+        if self._seeking:  # what is typed stays until its vacuum is known
+            self._fills_later = True
+            return
         text = f"{peak:.4g}"
-        if self.field.value != text and not self._seeking:
+        if self.field.value != text:
             self.field.show_text(text)
 
     def _on_type(self) -> None:
@@ -116,6 +119,9 @@ class PeakSetting:
                     self.message.set_text(one_line(err))
         finally:
             self._seeking = False
+        if self._fills_later:  # the search may end with the vacuum that is shown already
+            self._fills_later = False
+            self.fill(self._peak)
 
     def limit(self) -> float:
         """Return the highest vacuum [Pa] that the site and the line allow."""

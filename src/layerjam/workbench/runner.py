@@ -1,9 +1,11 @@
 """Computations outside the event loop; only the latest of several waiting requests starts."""
 
+import asyncio
+import contextlib
 import threading
 import time
 from collections.abc import Awaitable, Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from nicegui import ui
 
@@ -12,6 +14,8 @@ from layerjam.workbench.widgets import button, dress, one_line
 
 PATIENCE, LONG = 0.5, 2.0
 """Times after which the page shows a running computation, and a button to stop it [s]."""
+PAUSE = 0.1
+"""Time without another request after which the rest of a result is computed [s]."""
 LOOK = 0.3
 """Seconds between two updates of the progress."""
 
@@ -20,10 +24,18 @@ class ComputationStopped(Exception):
     """Raised inside a computation that the user has stopped."""
 
 
+class Part(NamedTuple):
+    """A part of a result, which is shown before `finish()` computes the result."""
+
+    content: Any
+    finish: Callable[[], Any]
+
+
 class Runner:
     """Runs `compute()` in a thread and hands its result to `show(result, problem)`.
 
-    If a result is requested while it runs, it runs once more with the latest inputs.
+    If it returns a `Part`, that is handed to `show_part`, and the rest is computed once no further
+    request comes. If a result is requested while it runs, it runs once more with the latest inputs.
     """
 
     def __init__(
@@ -31,13 +43,18 @@ class Runner:
         compute: Callable[[], Any],
         show: Callable[[Any, str], None],
         in_thread: Callable[[Callable[[], Any]], Awaitable[Any]],
+        show_part: Callable[[Any], None] = lambda part: None,
     ) -> None:
         """`in_thread` runs a function in a separate thread."""
         self._compute, self._show, self._elsewhere = compute, show, in_thread
+        self._show_part = show_part
         self.running = self._again = False
+        self._asked = asyncio.Event()
         self.stopping = threading.Event()
         self.doing = ("", 0.0)
         """Current phase, and its progress as a fraction."""
+        self.began: float | None = None
+        """Moment at which the current computation began, or None between two of them [s]."""
         self.error: LayerjamError | None = None
         """Error of the last computation."""
 
@@ -45,16 +62,24 @@ class Runner:
         """Compute with the current inputs and show the result, or queue this if already running."""
         if self.running:
             self._again = True
+            self._asked.set()
             return
         self.running = True
         try:
             while True:
                 self._again = False
+                self._asked.clear()
                 self.stopping.clear()
                 self.doing = ("", 0.0)
                 result, problem, self.error = None, "", None
                 try:
-                    result = await self._elsewhere(self._compute)
+                    result = await self._run(self._compute)
+                    if isinstance(result, Part):
+                        self._show_part(result.content)
+                        with contextlib.suppress(TimeoutError):
+                            await asyncio.wait_for(self._asked.wait(), PAUSE)
+                            continue
+                        result = await self._run(result.finish)
                 except LayerjamError as err:
                     problem, self.error = one_line(err), err
                 except ComputationStopped:
@@ -66,6 +91,13 @@ class Runner:
                     return
         finally:
             self.running = False
+
+    async def _run(self, work: Callable[[], Any]) -> Any:
+        self.began = time.monotonic()
+        try:
+            return await self._elsewhere(work)
+        finally:
+            self.began = None
 
     def stop(self) -> None:
         """Stop a computation that reports its progress."""
@@ -87,17 +119,14 @@ def add_progress_line(page: str, runner: Runner) -> None:
         dress(bar, aria_label="Progress")
         stop = button("Stop", runner.stop, f"{page}-stop")
     row.set_visibility(False)
-    start: float | None = None
 
     def update_line() -> None:
-        nonlocal start
-        time_now = time.monotonic()
-        start = (start or time_now) if runner.running else None
-        if start is not None and time_now - start > PATIENCE:
+        duration = 0.0 if runner.began is None else time.monotonic() - runner.began
+        if duration > PATIENCE:
             phase, share = runner.doing
             label.set_text(f"Updating: {phase or 'the first time takes a few seconds'}")
-            stop.set_visibility(time_now - start > LONG)
+            stop.set_visibility(duration > LONG)
             bar.set_value(round(share, 3))
-        row.set_visibility(start is not None and time_now - start > PATIENCE)
+        row.set_visibility(duration > PATIENCE)
 
     ui.timer(LOOK, update_line)

@@ -2,14 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 from nicegui import ui
 
 from layerjam.brake.commands.drop import failed_run
+from layerjam.brake.commands.tuning import SEARCHES
 from layerjam.core.units import show
 from layerjam.workbench import live
-from layerjam.workbench.answer import Answer, try_call
+from layerjam.workbench.answer import Answer, Pinned, try_call
 from layerjam.workbench.call import Call, Options
 from layerjam.workbench.controls import (
     Choice,
@@ -37,6 +39,7 @@ from layerjam.workbench.pages.drop_outcome import (
     time_series,
 )
 from layerjam.workbench.panel import Panel
+from layerjam.workbench.runner import Part, Runner
 from layerjam.workbench.widgets import Heroes, columns, dress, fold, status
 
 ARRIVES = Choice(
@@ -96,6 +99,8 @@ class Drop(Page):
         super().__init__(desk)
         self.more = OtherInputs(self, "drop", KEYS)
         self.all_numbers = ""
+        self._part: Answer | None = None
+        """Answer of the part of a result that is drawn already."""
         self.panel = Panel(desk, self.name)
 
     def controls(self) -> Mapping[str, Control]:
@@ -214,20 +219,31 @@ class Drop(Page):
 
     def compute(self) -> Any:
         """Compute each drop separately, so that an error in one does not affect the others."""
-        drops = self.table_calls()
-        # the first search compiles what a tuning without a solution needs
-        tuning = try_call(self._tuning_call(drops["tuned"]), find_speeds=self.result is None)
-        view = "history" if "history" in drops else self.word(SHOWN)
-        pins = self.panel.pinned_answers(drops.get(view, drops["full"]))
-        answers: dict[str, Answer] = {}
-        for mode, call in drops.items():
-            if mode == "tuned" and tuning.result is not None and not tuning.result.feasible:
-                # alternatives take long to find, so they are not searched twice
-                answers[mode] = Answer(call, failed_run(tuning.result))
-            else:
-                answers[mode] = try_call(call, progress=self.runner.report_progress)
-        answers.setdefault("none", Answer(drops["full"], refusal=NO_ROPE))
-        return view, answers, tuning, pins
+        return self.begin().finish()
+
+    def begin(self) -> Part:
+        """Return the drop that is shown; the others of the table, and ways to stop it, follow."""
+        calls = self.table_calls()
+        view = "history" if "history" in calls else self.word(SHOWN)
+        searches = ("safety",) if view == "tuned" else ()
+        tuning = try_call(self._tuning_call(calls["tuned"]), searches=searches)
+        pins = self.panel.pinned_answers(calls.get(view, calls["full"]))
+        first = Drops(calls, view, {}, tuning, pins, self.runner)
+        first.compute(view)
+        first.compute(first.chart_mode)
+        return Part(first, partial(self._finish, first))
+
+    def _finish(self, first: "Drops") -> Any:
+        # the page shows no speeds, so only its first result has those that the command prints
+        searches = SEARCHES if self.result is None else ("safety", "alternatives")
+        tuning = try_call(first.tuning.call, searches=searches)
+        drops = first._replace(answers=dict(first.answers), tuning=tuning)
+        if tuning.result is not None and not tuning.result.feasible:
+            drops.answers.pop("tuned", None)  # its reason has alternatives now
+        modes = dict.fromkeys((*drops.calls, "none"))
+        for mode in modes:
+            drops.compute(mode)
+        return drops.view, {mode: drops.answers[mode] for mode in modes}, drops.tuning, drops.pins
 
     def _tuning_call(self, drop: Call) -> Call:
         """Return the call that tunes the vacuum of a drop."""
@@ -243,15 +259,34 @@ class Drop(Page):
         _, drops, tuning, _ = self.result
         return [*(answer for answer in drops.values() if answer.refusal != NO_ROPE), tuning]
 
+    def draw_part(self, part: "Drops") -> None:
+        """Show verdict, stage and charts, which belong to the drop that is shown."""
+        self._draw_stop(part)
+        self._part = part.answers[part.view]
+        self.advice.hide()
+
     def draw(self, result: Any) -> None:
         """Show verdict, stage, charts and table."""
-        view, drops, tuning, pins = result
-        mode, stop = view, drops[view].result
-        inputs = drops[view].call.options
-        sentence = describe_drop(stop, drops[view].refusal, inputs)
-        failed = stop is None or stop.outcome not in GOOD
-        if view == "tuned" and stop is not None and stop.record is None and drops["full"].result:
-            mode, stop = "full", drops["full"].result
+        view, answers, tuning, pins = result
+        drops = Drops({}, view, answers, tuning, pins, self.runner)
+        if answers[view] is not self._part:
+            self._draw_stop(drops)
+        self._part = None
+        if drops.is_stopped or tuning.result is None:
+            self.advice.hide()
+        else:
+            self.advice.fill(tuning)
+        main_table, self.all_numbers = drop_tables(answers, view)
+        self.table.set_content(main_table)
+        self._fill_numbers()
+        self.notes.fill(list_notes(answers, tuning.result))
+
+    def _draw_stop(self, drops: "Drops") -> None:
+        view, mode, tuning = drops.view, drops.chart_mode, drops.tuning
+        subject, stop = drops.answers[view], drops.answers[mode].result
+        inputs = subject.call.options
+        sentence = describe_drop(subject.result, subject.refusal, inputs)
+        if mode != view:
             sentence = f"{sentence} The chart shows full vacuum: {describe_drop(stop, '', inputs)}"
         self.verdict.set_text(sentence)
         tuning_answer = tuning if mode == "tuned" and tuning.result is not None else None
@@ -259,13 +294,12 @@ class Drop(Page):
             headlines(stop, tuning_answer), stop if tuning_answer is None else tuning_answer.result
         )
         texts = tuning.call.options
-        self.advice.fill(tuning, failed and view != "none")
         record = stop.record if stop is not None else None
         factor = None if self.word(SLOWLY) == "auto" else float(self.word(SLOWLY))
         data = None if record is None else time_series(record, factor, stop.crash)
         floor = None if tuning.result is None else tuning.result.floor_g
-        title = f"{drops[mode].name}-{mode}"
-        answer, chart = replace(drops[mode], pins=pins, title=title), None
+        title = f"{drops.answers[mode].name}-{mode}"
+        answer, chart = replace(drops.answers[mode], pins=drops.pins, title=title), None
         if data is not None:
             quiet = {label: pin.result for label, pin in answer.pinned_answers.items()}
             brake: Any = read_device("brake", tuning.call.subjects[0].text)
@@ -276,11 +310,48 @@ class Drop(Page):
             chart = drop_chart(data, floor_force, quiet, self.dark)
         self.panel.draw(answer, chart)
         self.animation.load_series(data)
-        main_table, self.all_numbers = drop_tables(drops, view)
-        self.table.set_content(main_table)
-        self._fill_numbers()
         self.bound.set_text(bound_sentence(floor, texts))
-        self.notes.fill(list_notes(drops, tuning.result))
+
+
+class Drops(NamedTuple):
+    """Answers for the drops of a table, of which the one that is shown is computed first."""
+
+    calls: Mapping[str, Call]
+    view: str
+    """Mode of the drop that is shown."""
+    answers: dict[str, Answer]
+    """{mode: answer} so far."""
+    tuning: Answer
+    pins: tuple[Pinned, ...]
+    runner: Runner
+
+    @property
+    def chart_mode(self) -> str:
+        """Mode of the drop in the chart: full vacuum if the tuned one cannot be computed."""
+        result = self.answers[self.view].result
+        failed = self.view == "tuned" and result is not None and result.record is None
+        full = self.answers.get("full")
+        return "full" if failed and (full is None or full.result is not None) else self.view
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether a brake that is shown stops the mass, or none is shown."""
+        result = self.answers[self.view].result
+        return self.view == "none" or (result is not None and result.outcome in GOOD)
+
+    def compute(self, mode: str) -> None:
+        """Compute the answer of a mode unless it is known."""
+        if mode in self.answers:
+            return
+        tuning = self.tuning.result
+        if mode not in self.calls:
+            answer = Answer(self.calls["full"], refusal=NO_ROPE)
+        elif mode == "tuned" and tuning is not None and not tuning.feasible:
+            # alternatives take long to find, so they are not searched twice
+            answer = Answer(self.calls[mode], failed_run(tuning))
+        else:
+            answer = try_call(self.calls[mode], progress=self.runner.report_progress)
+        self.answers[mode] = answer
 
 
 def bound_sentence(floor: float | None, tuning: Mapping[str, Any]) -> str:

@@ -221,15 +221,24 @@ class Advice:
         with dress(ui.row(), "drop-advice", "items-center gap-2") as self._row:
             ui.label("Ways to stop it").classes("text-sm")
             for key, tip in WAYS.items():
-                act = partial(lambda way: self._acts[way](), key)
-                item = button("", act, f"drop-advice-{key}", tip=tip)
+                item = button("", partial(self._take, key), f"drop-advice-{key}", tip=tip)
                 with item:
                     self._texts[key] = item, live.Words("")
         self._row.set_visibility(False)
 
-    def fill(self, tuning: Answer, failed: bool) -> None:
-        """Show a tuning's suggestions if the drop failed."""
-        ways = list(self._find_ways(tuning)) if failed and tuning.result is not None else []
+    def _take(self, key: str) -> None:
+        if key in self._acts:  # a click may arrive after the inputs have changed
+            self._acts[key]()
+
+    def hide(self) -> None:
+        """Show no suggestion, because none is needed or the inputs have changed."""
+        self._show(())
+
+    def fill(self, tuning: Answer) -> None:
+        """Show a tuning's suggestions."""
+        self._show(tuple(self._find_ways(tuning)))
+
+    def _show(self, ways: Sequence[tuple[str, str, partial[None]]]) -> None:
         self._acts = {key: act for key, _, act in ways}
         self._row.set_visibility(bool(ways))
         for key, text, _ in ways:
