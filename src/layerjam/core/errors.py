@@ -277,3 +277,8 @@ def short_text(value: object) -> str:
 def count_text(number: int, noun: str) -> str:
     """Return a number with its noun, such as "1 pull" or "3 pulls"."""
     return f"{number} {noun}{'s' * (number != 1)}"
+
+
+def are_text(number: int, noun: str) -> str:
+    """Return a number with its noun and "is" or "are", such as "1 pull is" or "3 pulls are"."""
+    return f"{count_text(number, noun)} {'is' if number == 1 else 'are'}"

@@ -154,12 +154,11 @@ def test_an_integer_too_long_to_print_is_refused(si):
         parse(1 << 20000, si, "x")
 
 
-@pytest.mark.timing
 def test_long_white_space_is_not_slow():
     begun = time.process_time()
     with pytest.raises(QuantityError):
-        parse("1" + " " * 12000 + "#" * 60, "m", "x")
-    assert time.process_time() - begun < 0.1
+        parse("1" + " " * 1_000_000 + "#" * 60, "m", "x")
+    assert time.process_time() - begun < 60  # hours if it grows with the square of the length
 
 
 @given(st.text(max_size=60), st.sampled_from([*SI, "1"]))

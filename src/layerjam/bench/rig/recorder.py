@@ -26,7 +26,7 @@ from layerjam.bench.rig.outcomes import Logged
 from layerjam.bench.rig.run_file import RecordingError, RunFile, format_utc
 from layerjam.bench.rig.stop import Stop
 from layerjam.bench.rig.telemetry import PERIOD, unwrap_clock
-from layerjam.core.errors import FileError, LayerjamError
+from layerjam.core.errors import FileError, LayerjamError, are_text
 from layerjam.core.store import accept_force_option
 
 PACE = 0.05
@@ -152,7 +152,8 @@ class Recorder:
         first, last = int(rows["seq"][0]), int(rows["seq"][-1])
         last_number = first - 1 if self._last is None else self._last[0]
         if first > last_number + 1:
-            self.file.add_note("link", f"{first - last_number - 1} samples are missing", int(us[0]))
+            samples = are_text(first - last_number - 1, "sample")
+            self.file.add_note("link", f"{samples} missing", int(us[0]))
         rows_ = [
             # None stands for NaN
             [self.boot, seq, us_, *(None if value != value else value for value in columns)]

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from layerjam.core.errors import FitError
+from layerjam.core.errors import FitError, count_text
 from layerjam.core.evolve import evolve
 from layerjam.core.units import show
 from layerjam.laboratory.identify.pull.features import LINEAR, PullFeatures, select_loading
@@ -172,6 +172,6 @@ def require_usable_pull(pull: PullFeatures, vacuum: float) -> None:
     if sample_count < SHORTEST:
         raise FitError.of(
             pull.path,
-            f"has {sample_count} samples above {LINEAR[0]:.0%} of its maximum force; at "
-            f"least {SHORTEST} are needed to fit its curve",
+            f"has {count_text(sample_count, 'sample')} above {LINEAR[0]:.0%} of its maximum force; "
+            f"at least {SHORTEST} are needed to fit its curve",
         )

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from layerjam.core.errors import count_text
 from layerjam.core.evolve import evolve
 from layerjam.laboratory.identify.statistics import fit_line
 from layerjam.laboratory.measure.noise import find_quantum, noise_sd, running_mean
@@ -186,7 +187,7 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
     than the noise of one sample are detected if there are many samples per tooth.
     """
     if len(force) < 3 * LEAST_TEETH:
-        return Search(None, f"only {len(force)} samples")
+        return Search(None, f"only {count_text(len(force), 'sample')}")
     # keep single samples at regular intervals, because means would cut off the tips of the teeth
     coarse = max(1, -(-len(force) // MOST_SAMPLES))
     position, force = position[::coarse], force[::coarse]

@@ -18,7 +18,7 @@ from layerjam.bench.rig.driver import VENT_RESTS
 from layerjam.bench.rig.execute import RunResult
 from layerjam.bench.rig.export import export
 from layerjam.brake.fluid.line_file import lines
-from layerjam.core.errors import LayerjamError
+from layerjam.core.errors import LayerjamError, are_text, count_text
 from layerjam.core.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.bench_session import (
@@ -411,8 +411,9 @@ def circuit_diagram() -> str:
 
 
 def _run_sentence(result: RunResult) -> str:
-    missing = f"{result.gaps} samples are missing" if result.gaps else "no sample is missing"
-    counts = f"Its file contains {result.samples} samples, some from before the start; {missing}."
+    gaps = f"{are_text(result.gaps, 'sample')} missing" if result.gaps else "no sample is missing"
+    samples = count_text(result.samples, "sample")
+    counts = f"Its file contains {samples}, some from before the start; {gaps}."
     if result.reason is None:
         return f"All steps completed in {result.duration:.1f} s. {counts}"
     return f"Ended after {result.duration:.1f} s: {result.reason}. {counts}"

@@ -9,7 +9,7 @@ from typing import Any
 from nicegui import run, ui
 
 from layerjam.brake.device.workshop import CUTTERS
-from layerjam.core.errors import MissingExtraError
+from layerjam.core.errors import MissingExtraError, count_text
 from layerjam.core.units import show
 from layerjam.workbench import live
 from layerjam.workbench.alone import Tell, run_in_subprocess
@@ -192,7 +192,8 @@ class BuildPart(View):
         if folder is not None and folder.content:
             ui.download.content(folder.content, f"{folder.name}.zip", "application/zip")
             size = f"{len(folder.content) / 1e6:.1f} MB"
-            self.after.set_text(f"{len(folder.result.files)} files in {folder.name}.zip, {size}")
+            files = count_text(len(folder.result.files), "file")
+            self.after.set_text(f"{files} in {folder.name}.zip, {size}")
         elif folder is not None:
             self.trouble.show_error(folder.result.reason or "")
 

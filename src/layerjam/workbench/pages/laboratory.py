@@ -6,7 +6,7 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.core.errors import LayerjamError
+from layerjam.core.errors import LayerjamError, count_text
 from layerjam.laboratory.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench import spoken
 from layerjam.workbench.answer import Answer
@@ -140,7 +140,7 @@ class Laboratory(Page):
 
     def _show_report(self, step: StepResult) -> None:
         size = sum(map(len, step.pages.values()))
-        words = [f"{len(step.pages)} files, {size / 1e6:.1f} MB."]
+        words = [f"{count_text(len(step.pages), 'file')}, {size / 1e6:.1f} MB."]
         words += [w for w in step.result.warnings if warning_key(w) == "calibrated-on"]
         for check in step.result.failed_checks:
             words.append(f"Not written: check '{check['name']}' failed, {check['reason']}.")

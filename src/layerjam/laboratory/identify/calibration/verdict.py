@@ -92,7 +92,8 @@ def judge_identifiability(fit: JointFit) -> Identifiability:
         )
     covariance = np.linalg.inv(unit_matrix)
     root = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    correlation = covariance / np.outer(root, root) - np.eye(len(root))
+    # the inverse is symmetric up to rounding, so half of it gives the pair in the same order always
+    correlation = np.triu(covariance / np.outer(root, root), 1)
     first, second = divmod(int(np.abs(correlation).argmax()), len(root))
     return Identifiability(
         condition_number=condition,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.core.brief import brief
-from layerjam.core.errors import FitError, Notice
+from layerjam.core.errors import FitError, Notice, count_text
 from layerjam.core.units import show
 from layerjam.laboratory.identify.statistics import LEVEL, fit_line, interval_ends
 from layerjam.laboratory.measure.trace import Array
@@ -56,7 +56,7 @@ def fit_ageing(
 
     lengths, values = np.asarray(holds, float), np.asarray(statics, float)
     if len(lengths) < FEWEST:
-        raise FitError(f"ageing: {len(lengths)} pulls; at least {FEWEST} are needed")
+        raise FitError(f"ageing: {count_text(len(lengths), 'pull')}; at least {FEWEST} are needed")
     if not (lengths > 0).all():
         raise FitError("ageing: holds must be longer than zero")
     decades = np.log10(lengths)

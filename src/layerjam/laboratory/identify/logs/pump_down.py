@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.core.brief import brief
-from layerjam.core.errors import FitError
+from layerjam.core.errors import FitError, count_text
 from layerjam.core.units import show
 from layerjam.laboratory.identify.logs.correlated import Series, check_resolution, fit_series
 from layerjam.laboratory.identify.logs.leak import CLEAR
@@ -166,7 +166,8 @@ def select_pump_down(
     if window[0] is None and rise > FALL * atmosphere:
         raise FitError(f"its absolute pressure rises by {show(rise, 'Pa')} while the pump runs")
     if is_inside.sum() < FEWEST:
-        raise FitError(f"the pump-down has {int(is_inside.sum())} samples; {FEWEST} are needed")
+        samples = count_text(int(is_inside.sum()), "sample")
+        raise FitError(f"the pump-down has {samples}; {FEWEST} are needed")
     p = absolute[is_inside]
     if float(p.min()) <= 0:
         raise FitError(f"{show(float(p.min()), 'Pa')} is not an absolute pressure")

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from layerjam.core.errors import FitError, Notice
+from layerjam.core.errors import FitError, Notice, are_text
 from layerjam.core.units import show
 from layerjam.laboratory.measure.trace import Array
 
@@ -24,7 +24,7 @@ class Gap:
     missing: int
 
     def __str__(self) -> str:
-        samples = "1 sample is" if self.missing == 1 else f"{self.missing} samples are"
+        samples = are_text(self.missing, "sample")
         return f"{samples} missing after {show(self.start, 's', 6)}"
 
 

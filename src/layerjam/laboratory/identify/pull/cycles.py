@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from layerjam.core.errors import count_text
 from layerjam.core.evolve import evolve
 from layerjam.core.units import show
 from layerjam.laboratory.identify.stick_slip import turning_points
@@ -29,10 +30,11 @@ class Cycles:
 
     def __str__(self) -> str:
         times = "once" if self.count == 1 else f"{self.count} times"
+        samples = count_text(self.unused, "sample")
         return (
             f"the crosshead reverses {times}, by {show(self.fall, 'm', 3)}, and pulls again: load "
             f"cycles. Only the first loading, up to {show(self.elongation, 'm')}, is used; "
-            f"{self.unused} samples after the first return are not"
+            f"{samples} after the first return {'is' if self.unused == 1 else 'are'} not"
         )
 
 

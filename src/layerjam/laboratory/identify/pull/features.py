@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.core.errors import FileError
+from layerjam.core.errors import FileError, count_text
 from layerjam.core.evolve import evolve
 from layerjam.core.units import show
 from layerjam.laboratory.identify.pull.cycles import find_cycles
@@ -145,7 +145,7 @@ def pull_features(trace: Trace) -> PullFeatures:
     ):
         raise FileError(
             trace.path,
-            f"has {max(high - low, 0)} samples between {LINEAR[0]:.0%} and "
+            f"has {count_text(max(high - low, 0), 'sample')} between {LINEAR[0]:.0%} and "
             f"{LINEAR[1]:.0%} of its maximum force, {show(height, 'N')}; at least "
             f"{SLOPE} are needed to find the stiffness, and without a peak the scale "
             "factor cannot be determined either",

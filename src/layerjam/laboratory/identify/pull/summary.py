@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from layerjam.core.brief import brief
-from layerjam.core.errors import FileError
+from layerjam.core.errors import FileError, count_text
 from layerjam.core.evolve import evolve
 from layerjam.core.units import show
 from layerjam.laboratory.identify.pull.cycles import Cycles, select_first_cycle
@@ -364,8 +364,9 @@ def _summary_notes(
         yield f"the force is {show(start.baseline, 'N')} {moment}{ask}"
     if features.is_sparse:
         yield (
-            f"{features.rise_samples} samples between {LINEAR[0]:.0%} and {LINEAR[1]:.0%} of the "
-            "maximum force are too few to determine a stiffness: pull more slowly, or sample faster"
+            f"only {count_text(features.rise_samples, 'sample')} between {LINEAR[0]:.0%} and "
+            f"{LINEAR[1]:.0%} of the maximum force, too few to determine a stiffness: pull more "
+            "slowly, or sample faster"
         )
     elif not features.straight:
         yield "the force curve bends long before its maximum: it has no linear rise"

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.brake.device.load import materials
-from layerjam.core.errors import FitError
+from layerjam.core.errors import FitError, are_text
 from layerjam.core.toml_files.toml import parse_toml
 from layerjam.core.units import parse
 from layerjam.laboratory.identify.provenance import sha256
@@ -60,9 +60,8 @@ def fit_models(strain: Array, stress: Array, limit: float | None) -> dict[str, h
     """Fit every model to stress [Pa] and strain [-], shape (N,), up to the strain `limit`."""
     is_inside = strain <= (np.inf if limit is None else limit)
     if is_inside.sum() < FEWEST:
-        raise FitError(
-            f"fit to: {int(is_inside.sum())} samples are below that strain; {FEWEST} are needed"
-        )
+        samples = are_text(int(is_inside.sum()), "sample")
+        raise FitError(f"fit to: {samples} below that strain; {FEWEST} are needed")
     return hyperelastic.fit_models(strain[is_inside], stress[is_inside])
 
 

@@ -156,7 +156,7 @@ def read_rubber(
     rows = np.flatnonzero(rising) + start
     _check_signs(log, strain, stress, options)
     if len(rows) < 20:
-        raise FileError(log.path, f"its first loading has {len(rows)} samples; 20 are needed")
+        raise FileError(log.path, f"samples of its first loading: {len(rows)}; 20 are needed")
     if (plateau := find_plateau(stress[start:end])) is not None:
         raise FileError(
             log.path,
