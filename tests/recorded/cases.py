@@ -15,27 +15,22 @@ import layerjam as lj
 from law_cases import FAMILIES
 from recorded.constants import list_module_numbers
 from recorded.laws import list_law_numbers
-
-K, P, F, Y = (
-    "choi2018-kapton",
-    "choi2018-ptfe",
-    "choi2018-ptfe-fiberglass",
-    "choi2018-polyester",
+from recorded.options import OPTIONS
+from recorded.questions import (
+    HELD,
+    OWN,
+    PULL,
+    PULLS,
+    SAFE,
+    STOP,
+    WINDOW,
+    F,
+    K,
+    P,
+    Question,
+    Y,
+    ask,
 )
-OWN = ("aged.toml", "exponent.toml", "fan.toml", "speed-law.toml")
-WINDOW = {"start": "15 mm", "end": "45 mm"}
-PULL = {"vacuum": "52 kPa", "speed": "7 mm/s"}
-STOP = {"mass": "1.3 kg", "travel": "35 mm"}
-PULLS = tuple(f"lab/pull_k_{v}kPa_7mms_{n}.{e}" for v in (40, 80) for n, e in
-              ((1, "csv"), (2, "TRA"), (3, "txt")))  # fmt: skip
-HELD = tuple(f"lab/friction_k_hold{h}s_{n}.{e}" for h, n, e in
-             ((10, 1, "csv"), (10, 2, "TRA"), (100, 1, "txt"), (100, 2, "csv"),
-              (1000, 1, "TRA"), (1000, 2, "txt")))  # fmt: skip
-Question = tuple[str, tuple[Any, ...], dict[str, Any]]
-
-
-def ask(command: str, *subjects: Any, **options: Any) -> Question:
-    return command, subjects, options
 
 
 def brake_questions() -> dict[str, Question]:
@@ -109,27 +104,27 @@ def motion_questions() -> dict[str, Question]:
 
 def bench_questions() -> dict[str, Question]:
     """Evacuation, control and plans on the paper's vacuum line, and logs of chambers."""
-    line, safe = "choi2018", {"safe_state": "release", "sensor_range": "103 kPa"}
+    line = "choi2018"
     made = {
         f"rise {fluid}": ask("rise", line, target="70 kPa", fluid=fluid)
         for fluid in ("air", "water")
     }
     made |= {
         f"regulate {kind}": ask("regulate", line, target="55 kPa", kind=kind, duration="6 s",
-                                noise="50 Pa", seed=4, **safe)
+                                noise="50 Pa", seed=4, **SAFE)
         for kind in ("bang-bang", "pi")
     }  # fmt: skip
     made |= {
         "regulate water": ask("regulate", line, target="40 kPa", fluid="water", duration="8 s",
-                              sample_time="20 ms", **safe),
+                              sample_time="20 ms", **SAFE),
         "follow steps": ask("follow", line, P, profile="step", low="10 N", high="40 N",
-                            period="4 s", duration="8 s", speed="2 mm/s", seed=2, **safe),
+                            period="4 s", duration="8 s", speed="2 mm/s", seed=2, **SAFE),
         "plan leaking": ask("plan", line, P, mass="0.8 kg", speed="0.9 m/s", warning="2 s",
                             travel="50 mm", mass_sd="0.1 kg", horizontal=True, confidence=0.9),
         "regulate fault": ask("regulate", line, target="40 kPa", fault="leak", fault_at="3 s",
-                              duration="8 s", **safe),
+                              duration="8 s", **SAFE),
         "follow": ask("follow", line, K, profile="sine", low="20 N", high="70 N", period="10 s",
-                      duration="10 s", speed="1 mm/s", **safe),
+                      duration="10 s", speed="1 mm/s", **SAFE),
         "plan": ask("plan", line, K, mass="1 kg", speed="1 m/s", warning="1 s", travel="50 mm",
                     mass_sd="0.1 kg", speed_sd="0.05 m/s"),
         "leak": ask("leak", "leak.csv", volume="0.2 l", temperature="25 degC"),
@@ -138,7 +133,7 @@ def bench_questions() -> dict[str, Question]:
         "crash": ask("crash", "crash.csv", filter_class="CFC60", hic="15 ms"),
         "parts": ask("parts"),
         "rise tube": ask("rise", "tube.toml", target="60 kPa"),
-        "regulate tube": ask("regulate", "tube.toml", target="60 kPa", duration="20 s", **safe),
+        "regulate tube": ask("regulate", "tube.toml", target="60 kPa", duration="20 s", **SAFE),
     }  # fmt: skip
     return made
 
@@ -180,7 +175,7 @@ def workshop_questions() -> dict[str, Question]:
 QUESTIONS = brake_questions() | motion_questions() | bench_questions()
 QUESTIONS |= laboratory_questions() | workshop_questions()
 QUESTIONS |= {f"laws {family}": ask("laws", family) for family in (*FAMILIES, "marches")}
-QUESTIONS |= {"constants": ask("constants")}
+QUESTIONS |= OPTIONS | {"constants": ask("constants")}
 OMITTED = ("fingerprint", "made_by", "version", "seconds", "versions", "hash", "digest", "sha256")
 """Keys that change with each version or run."""
 NUMBER = re.compile(r"(?<![\w.#-])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.-])")

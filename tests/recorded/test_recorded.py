@@ -17,6 +17,7 @@ from recorded.files import write_files
 from recorded.record import read_recorded
 
 LONG = ("calibrate curves", "design", "sweep", "publish", "tensile fan", "build")
+LONG += ("design second", "build chain", "build own", "report", "saw mounted")
 LONG += ("drop falling", "drop rising", "drop leaking", "tune speed-law", "saw damped")
 CLOSE = 1e-6
 """Relative difference between machines: fits stop at a relative change of about 1e-8."""
