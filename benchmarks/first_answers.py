@@ -42,6 +42,9 @@ ANSWERS = (
     Answer("tune", (PROGRAM, "tune", *STOP)),
     Answer("drop --vacuum tuned", (PROGRAM, "drop", *STOP, "--vacuum", "tuned")),
     Answer("show", (PROGRAM, "show", BRAKE)),
+    Answer(
+        "build", (PROGRAM, "build", BRAKE, "--coupons", "--overwrite", "--out", "parts"), 8, True
+    ),
     # 60 and 80 s where the script took 1.4 and 1.2 s
     Answer("reproduce", (PROGRAM, "reproduce", "--overwrite", "--out", "paper"), 43.0, True),
     Answer("demo", (PROGRAM, "demo"), 65.0, True),

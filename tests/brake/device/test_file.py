@@ -192,13 +192,12 @@ def test_written_whole_or_not_at_all(tmp_path):
         store_file(tmp_path / "no" / "x", lambda p: None)
 
 
-@pytest.mark.timing
 def test_a_line_of_blanks_after_a_bracket_is_not_slow():
-    text = TEXT.replace('title = "Choi 2018, Kapton"', 'title = """\n[' + " " * 900 + '\n"""')
+    text = TEXT.replace('title = "Choi 2018, Kapton"', 'title = """\n[' + " " * 9000 + '\n"""')
     begun = time.process_time()
     with pytest.raises(FileError):
         read(text.replace('"13 mm"', '"13 kg"', 1))
-    assert time.process_time() - begun < 0.1
+    assert time.process_time() - begun < 60  # hours if it grows with the cube of the length
 
 
 def test_a_huge_hexadecimal_integer_is_a_file_error():

@@ -23,7 +23,7 @@ pytestmark = [
 ]
 NAMES = ("choi2018-kapton", "choi2018-ptfe", "choi2018-polyester", "choi2018-ptfe-fiberglass")
 RANDOM = tuple(range(12)), tuple(range(8))
-SEEDS = cases(44, 15)
+SEEDS = cases(44, 8)
 
 
 def law_of(brake, seed):
@@ -45,7 +45,7 @@ def agrees(kernel, brake, known):
 
 @pytest.mark.parametrize("part", range(4))
 def test_a_million_moves(part):
-    """24 brakes, 44 histories each of 1,024 moves, or 15."""
+    """24 brakes, 44 histories each of 1,024 moves, or 8."""
     plain, bent = random_brakes(3, 12), random_brakes(4, 8, exponent=True)
     brakes = [load(name).brake for name in NAMES]
     brakes += [one(plain, i) for i in RANDOM[0]] + [one(bent, i) for i in RANDOM[1]]
@@ -56,7 +56,7 @@ def test_a_million_moves(part):
             known = law_of(brake, seed)
             assert agrees(kernel, brake, known), (brake, seed)
             moves += len(known[2])
-    assert moves > cases(240_000, 75_000)
+    assert moves > cases(240_000, 40_000)
 
 
 SWAPS = ((" + ", " - "), (" - ", " + "), (" * ", " / "), (" / ", " * "), (" < ", " >= "))

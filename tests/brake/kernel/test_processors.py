@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from counts import cases
 from layerjam.brake.kernel.compiler import FLAGS, SOURCES
 
 HERE = Path(__file__).parent
@@ -60,13 +61,13 @@ def test_every_bit_of_every_state_is_the_same(tmp_path, target, precision):
 
 @pytest.mark.parametrize("precision", ["-ULJ_SINGLE", "-DLJ_SINGLE"])
 def test_no_input_breaks_it(tmp_path, precision):
-    """Eight million moves of 4,000 random brakes, numbers that are none among them."""
+    """Millions of moves of random brakes, numbers that are none among them."""
     if shutil.which("gcc") is None:
         pytest.skip("gcc is not installed")
     checks = ("-g", "-D_POSIX_C_SOURCE=200112L", "-fsanitize=address,undefined")
     checks += ("-fno-sanitize-recover=all", precision)
     program = built(tmp_path, ("gcc",), HERE / "fuzz.c", *checks)
-    for seed in range(4):
+    for seed in range(cases(4, 2)):
         words = said(program, 1000, 2000, seed).split()
         counts = {name: int(number) for name, number in zip(words[::2], words[1::2], strict=True)}
         assert min(counts.values()) > 0, f"every corner was visited: {counts}"

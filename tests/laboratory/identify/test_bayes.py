@@ -400,7 +400,7 @@ def test_without_numpyro(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_many_repeats_meet_the_plain_mean() -> None:
     curves, own = pulls(24, 5, scatter=0.03)
-    found = fit_bayes(curves, KAPTON)
+    found = fit_bayes(curves, KAPTON, draws=cases(1000, 500))
     logs = np.log(own[:, 0])
     row = np.log(found.scale_factor)
     error = logs.std(ddof=1) / 24**0.5
@@ -414,7 +414,7 @@ def test_many_repeats_meet_the_plain_mean() -> None:
 @pytest.mark.parametrize("vacuum", [94.5e3, 5e3, 1.5e3] if FULL else [94.5e3, 1.5e3])
 def test_one_curve_at_any_vacuum(vacuum: float) -> None:
     curves, own = pulls(1, 1, vacuum=vacuum, noise=0.02, speed=1.3e-3)
-    found = fit_bayes(curves, KAPTON)
+    found = fit_bayes(curves, KAPTON, draws=cases(1000, 500))
     low, high = np.quantile(found.curve_scale_factor, [0.001, 0.999])
     assert low < own[0, 0] < high
     assert "repeats" in failed(found)
@@ -430,7 +430,7 @@ def test_intervals_of_three_repeats_contain_the_truth(scatter: float) -> None:
         draw = np.exp(random.standard_normal(3) * (0.2, 0.3, 0.3))
         truth = (0.875 * draw[0], 131e3 * draw[1], draw[2])
         curves, _ = pulls(3, 100 + seed, truth=truth, scatter=scatter)
-        found = fit_bayes(curves, KAPTON)
+        found = fit_bayes(curves, KAPTON, draws=cases(1000, 400))
         own = change_shape(
             KAPTON, truth[0] * np.exp(scatter * random.standard_normal()), *truth[1:]
         )

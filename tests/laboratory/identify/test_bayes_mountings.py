@@ -67,7 +67,7 @@ def test_mountings_widen_the_posterior_as_a_grid_says() -> None:
         trace = virtual.pull(change_shape(KAPTON, a, *TRUTH[1:]), VACUUM, 0.013, 0.04, machine)
         made.append((trace, pull_features(trace), VACUUM))
     curves, groups = make_curves(made), [(0, 1), (2, 3), (4, 5)]
-    found = fit_bayes(curves, KAPTON, draws=1000, mountings=groups)
+    found = fit_bayes(curves, KAPTON, draws=500, mountings=groups)
     y = np.log(np.median(found.curve_scale_factor, axis=(0, 1))).reshape(3, 2)
     prior = priors(KAPTON, True)
     place = (y.mean() + np.linspace(-0.3, 0.3, 401))[:, None, None]
@@ -85,5 +85,5 @@ def test_mountings_widen_the_posterior_as_a_grid_says() -> None:
     expected = [np.interp(level, cumulated, place[:, 0, 0]) for level in (0.1, 0.5, 0.9)]
     quantiles = np.quantile(np.log(found.scale_factor), (0.1, 0.5, 0.9))
     assert quantiles == pytest.approx(expected, abs=0.2 * (expected[2] - expected[0]))
-    alone = fit_bayes(curves, KAPTON, draws=1000)
+    alone = fit_bayes(curves, KAPTON, draws=500)
     assert np.log(found.scale_factor).std() > 1.4 * np.log(alone.scale_factor).std()

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import layerjam as lj
-from counts import FULL
+from counts import FULL, cases
 from layerjam.cli.main import main
 from layerjam.laboratory.identify.odd import find_gross_outliers
 from layerjam.laboratory.measure.trace import Trace
@@ -76,13 +76,13 @@ def test_a_pull_of_another_brake_is_left_out(campaign: tuple[Any, list[Trace], A
 
 METHODS: dict[str, dict[str, Any]] = {
     "curves": {"depth": "curves"},
-    "bayesian": {"depth": "bayesian", "draws": 300, "chains": 2, "seed": 3},
+    "bayesian": {"depth": "bayesian", "draws": cases(300, 150), "chains": 2, "seed": 3},
 }
 ATTACKED = [
     (method, unit)
     for method in METHODS
     for unit in (*WRONG, "another brake")
-    if FULL or method != "bayesian" or unit in ("kN", "another brake")
+    if FULL or method != "bayesian" or unit == "another brake"
 ]
 
 
@@ -93,16 +93,17 @@ def test_no_method_moves_by_one_wrong_pull_of_twelve(
 ) -> None:
     """Excluded by name, or exit 4; else the clean interval's width bounds the change."""
     brake, pulls, _ = campaign
-    clean = lj.calibrate(brake, pulls, **METHODS[method])
     wrong = [*pulls[:5], foreign(brake, pulls[5]), *pulls[6:]]
     if unit in WRONG:
         wrong = scaled(pulls, 5, *WRONG[unit])
     found = lj.calibrate(brake, wrong, **METHODS[method])
+    if found.exit_code == 4:
+        return
+    assert {row["file"] for row in found.excluded} | set(found.refused) == {pulls[5].path}
+    clean = lj.calibrate(brake, pulls, **METHODS[method])
     interval = clean.intervals["scale_factor"]
     moved = abs(found.scale_factor - clean.scale_factor)
-    out = {row["file"] for row in found.excluded} | set(found.refused)
-    assert found.exit_code == 4 or out == {pulls[5].path}
-    assert found.exit_code == 4 or moved <= interval["high"] - interval["low"]
+    assert moved <= interval["high"] - interval["low"]
 
 
 def test_faultless_pulls_stay(campaign: tuple[Any, list[Trace], Any]) -> None:

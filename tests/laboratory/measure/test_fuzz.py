@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from counts import cases
 from laboratory.measure.exports import EXPORTS
 from laboratory.measure.layouts import LAYOUTS, curve, encoded
 from layerjam.core.errors import FileError, LayerjamError
@@ -234,7 +235,7 @@ def test_damaged_files(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_many_damaged_files(tmp_path: Path) -> None:
-    _fuzz(tmp_path, int(os.environ.get("LAYERJAM_FUZZ", "20000")), seed=2)
+    _fuzz(tmp_path, int(os.environ.get("LAYERJAM_FUZZ", cases(20000, 4000))), seed=2)
 
 
 def _logs() -> dict[str, bytes]:
@@ -333,5 +334,5 @@ def test_no_input_takes_long(name: str, tmp_path: Path) -> None:
     started = time.process_time()
     with pytest.raises(LayerjamError):
         read_traces(path)
-    # Wine took 2.65 s with other programs running
-    assert time.process_time() - started < (5.0 if os.name == "nt" else 2.0)
+    # seconds on a slow machine; steps that grow with the square of the size take hours
+    assert time.process_time() - started < 60

@@ -21,7 +21,7 @@ def test_a_part_that_is_no_sheet_is_looked_through_in_no_time() -> None:
     begin = time.process_time()
     for text in (b"<c ", b'<c a="', b"<c '", b"<table:table ", b'<table:table-cell x="'):
         _count_xml(text * 300_000), list(_count_open_document(text * 300_000))
-    assert time.process_time() - begin < 5  # a search that begins anew at each tag takes hours
+    assert time.process_time() - begin < 60  # a search that begins anew at each tag takes hours
 
 
 def test_the_extent_of_other_workbooks_is_counted_too() -> None:

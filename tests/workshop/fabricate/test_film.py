@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from counts import cases
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.device.load import load
 from layerjam.brake.device.workshop import Build
@@ -78,7 +79,7 @@ def test_random_brakes_as_a_checker_reads_them(file: BrakeFile, kerf: float, cop
 
 
 @pytest.mark.slow
-@settings(max_examples=150)
+@settings(max_examples=cases(150, 50))
 @given(brakes(), st.sampled_from((0.0, 0.15e-3)), st.integers(1, 3))
 def test_many_random_brakes(file: BrakeFile, kerf: float, copies: int) -> None:
     judge(file, kerf, copies)

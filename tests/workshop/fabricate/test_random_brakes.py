@@ -65,13 +65,13 @@ def test_eight_random_brakes() -> None:
 
 @pytest.mark.slow
 def test_many_random_brakes() -> None:
-    count = cases(500, 200)
+    count = cases(500, 80)
     assert sum(check(brake) for brake in some_brakes(12, count)) > 0.6 * count
 
 
 @pytest.mark.slow
 def test_step_of_random_brakes(tmp_path) -> None:
-    for brake in some_brakes(13, cases(30, 15)):
+    for brake in some_brakes(13, cases(30, 6)):
         made = drawn(brake)
         for part in made[1] if made else ():
             path = tmp_path / f"{part.name}.step"
