@@ -28,12 +28,13 @@ test: $(STAMP)
 slow: long browser
 
 long: $(STAMP)
-	$(TEST) -m "slow and not browser" tests
+	$(TEST) -m "slow and not browser and not campaign" tests
 
 browser: $(STAMP)
-	$(TEST) -m "slow and browser" tests
+	$(TEST) -m "slow and browser and not campaign" tests
 
-# The long tests with all their random cases, of which `make slow` takes a share: over an hour.
+# The long tests with all their random cases, of which `make slow` takes a share, and those marked
+# `campaign`: hours.
 campaigns: $(STAMP)
 	LAYERJAM_FULL=1 $(TEST) -m slow tests
 

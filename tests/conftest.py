@@ -95,9 +95,11 @@ BOARD = "tests/bench/rig/"
 
 @pytest.hookimpl(tryfirst=True)  # before -m selects by the markers
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark tests with a browser or a board, and rerun those marked `timing` once if they fail."""
+    """Mark long tests and those with a browser or a board; rerun those marked `timing` once."""
     reruns = config.pluginmanager.hasplugin("rerunfailures")
     for item in items:
+        if item.get_closest_marker("campaign") is not None:
+            item.add_marker("slow")
         if BROWSER & set(getattr(item, "fixturenames", ())):
             item.add_marker("browser")
             item.add_marker("timing")

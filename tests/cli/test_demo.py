@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from docs.test_pages import compare_keys
 from layerjam.bench.rig.stop import Stop
 from layerjam.brake.device.load import load
 from layerjam.cli.demo import _Steps, demo
@@ -92,6 +93,7 @@ def test_twice_in_a_row(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> No
         assert f"Open {out / 'report.html'}" in shown and "The five key numbers" in shown
         numbers = shown.split("The five key numbers")[1].splitlines()[1:6]
         assert all(line.startswith("  ") for line in numbers)
+    compare_keys("demo", json.loads(done.json()))
     assert kept[0].keys() == kept[1].keys()
     # everything comes from stated truths and seeds
     assert [n for n in kept[0] if kept[0][n] != kept[1][n]] == []

@@ -47,7 +47,7 @@ def test_pictures_of_the_gallery_are_what_its_code_draws(make: ModuleType, tmp_p
         assert compare((IMAGES / name).read_text("utf-8"), drawn) == "", f"make.py {name}"
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_coupling_has_its_words_in_their_places() -> None:
     """One of its six vacuums is drawn, because all of them take a minute."""
     figure = draw_coupling((50e3,))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from xml.etree import ElementTree
 import pytest
 
 from core.drawing.legible import faults
+from docs.test_pages import compare_keys
 from layerjam.cli.main import main
 from layerjam.core.drawing import page
 from layerjam.core.drawing.style import format_svg
@@ -274,10 +276,11 @@ def test_an_old_report_stays(tmp_path: Path, name: str, capfd: pytest.CaptureFix
 def test_the_command_twice_gives_the_same(
     folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["reproduce", "--out", str(tmp_path), "--json"]) == 0
-    found = json.loads(capfd.readouterr().out)
-    assert {"units", "warnings", "report", "results"} <= set(found)
-    assert main(["reproduce", "--out", str(tmp_path), "--overwrite"]) == 0
+    out = tmp_path / "report"
+    shutil.copytree(folder, out)
+    (out / "report.html").write_text("an older one", encoding="utf-8")
+    assert main(["reproduce", "--out", str(out), "--overwrite", "--json"]) == 0
+    compare_keys("reproduce", json.loads(capfd.readouterr().out))
     for path in sorted(folder.rglob("*.*")):
-        again = tmp_path / path.relative_to(folder)
+        again = out / path.relative_to(folder)
         assert again.read_bytes() == path.read_bytes(), path.name

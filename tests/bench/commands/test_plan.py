@@ -92,7 +92,7 @@ def test_a_reservoir_a_leak_and_their_cost():
     assert any("evacuated to" in w for w in asked(line).warnings)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_stretching_sleeve():
     text = TANK.replace('volume = "12 mL"', 'volume = "12 mL"\nvolume_per_slip = "40 mm^2"', 1)
     made = asked(LineFile.read(text, "tank.toml"), speed="1.8 m/s", warning="0.5 s")

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import layerjam as lj
+from counts import cases
 from layerjam.brake.device.load import load
 from layerjam.brake.fluid.line import Reservoir
 from layerjam.core.units import QuantitySpec, show_at_least
@@ -92,8 +93,8 @@ def test_printed_sizes_typed_again_do() -> None:
 
 
 @pytest.mark.slow
-def test_printed_sizes_of_75_plans_typed_again_do() -> None:
-    assert sum(check_printed(*one) for one in plans(75, 2)) >= 80
+def test_printed_sizes_of_many_plans_typed_again_do() -> None:
+    assert sum(check_printed(*one) for one in plans(cases(75, 25), 2)) >= cases(80, 25)
 
 
 def test_a_knife_edge_is_named_with_its_margin() -> None:

@@ -99,7 +99,7 @@ def test_a_pull_is_the_same_by_kernel_and_law(seed: int) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=cases(150, 40))
+@settings(max_examples=cases(150, 20))
 @given(seeds)
 def test_many_pulls_are_the_same_by_kernel_and_law(seed: int) -> None:
     out_back_and_out(seed, exponent=bool(seed % 2))

@@ -228,12 +228,12 @@ def test_held_open_by_full_vacuum_then_vented_it_closes(vacuum):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", range(cases(2, 1)))
 def test_games_with_crosshead_and_pump_win_nothing(seed):
     check_games(seed, 400, 24)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 @pytest.mark.parametrize("seed", range(10, 10 + cases(10, 1)))
 def test_long_games_win_nothing(seed):
     check_games(seed, cases(3000, 500), 60)
@@ -311,7 +311,7 @@ def test_swinging_while_it_sticks_is_not_remembered():
     assert made.slip[-1] == pytest.approx(float(slip_at_elongation(0.021, FULL, KAPTON)), rel=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_one_history_at_a_time_and_many_at_once_agree_to_a_millionth():
     """Random walks in steps of a tenth of the travel, the vacuum anew at every step.
 

@@ -35,6 +35,8 @@ from strategies import KAPTON, one
 CLOSE = 1e-12
 COMBINED = ("fan with an exponent", "rubber")
 """Families whose parts are in others; the program of each takes minutes to compile."""
+ALIKE = {"rubber that softens": ("time_at_slip", "speed_at_slip", "vacuum_eq10")}
+"""Laws that a family shares with others but for its forces; they take half a minute to compile."""
 ROUNDING = 1e-16
 """Rounding [J] of a heat at zero friction, which is the difference of two works."""
 
@@ -77,7 +79,7 @@ def test_numpy_and_jax_return_the_same(family: str) -> None:
     seed = list(FAMILIES).index(family)
     brakes, plain, numbers = FAMILIES[family](seed), {}, {}
     for name in LAWS:
-        if (family, name) in MARCHING:
+        if (family, name) in MARCHING or (not FULL and name in ALIKE.get(family, ())):
             continue
         given = cases(name, seed)
         try:

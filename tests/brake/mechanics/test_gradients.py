@@ -214,7 +214,7 @@ def test_gradient_through_a_whole_history():
         assert made[i] == pytest.approx(numeric, rel=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_gradient_of_the_sleeves_history():
     def energy_left(top, vacuum):
         path = jnp.stack([jnp.zeros(()), top, top / 3, top / 2])

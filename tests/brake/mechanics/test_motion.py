@@ -379,7 +379,7 @@ def test_a_mass_that_flies_back_from_a_slack_rope_keeps_its_books(damping):
         assert (lands - leaves) * 1e-4 == pytest.approx(-2 * velocity[leaves + 1] / G, abs=2e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_it_batches_by_broadcasting_and_by_vmap():
     speed, vacuum = np.array([2.0, 2.5, 3.0]), np.array([[70e3], [94.5e3]])
     whole = stop_in_time(1.0, speed, vacuum, None, ROPE, None, G, 5e-5, MANY, KAPTON)

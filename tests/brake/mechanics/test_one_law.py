@@ -51,12 +51,12 @@ def check(seed: int, count: int, steps: int = 40) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", range(cases(2, 1)))
 def test_compiled_for_one_or_for_many_the_force_is_the_same(seed):
     check(seed, 2000)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 @pytest.mark.parametrize("seed", range(2, 2 + cases(5, 1)))
 def test_thousands_of_histories(seed):
     check(seed, cases(20_000, 4000), steps=20)

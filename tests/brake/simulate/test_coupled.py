@@ -126,7 +126,7 @@ def test_the_rounds_converge_faster_than_a_geometric_row():
     assert made.last_change <= 1e-7
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_few_times_to_hand_over_do():
     """No clean order: where the slip begins its rate is not smooth."""
     line = stretching(1e-4)

@@ -12,6 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import layerjam as lj
+from counts import FULL
 from layerjam.bench.control.plan import Arrival, needed_vacuum
 from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.load import load
@@ -189,7 +190,7 @@ def test_the_solver_in_time_agrees_and_is_of_second_order() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("end", [94.5e3, 40e3])
+@pytest.mark.parametrize("end", [94.5e3, 40e3] if FULL else [40e3])
 def test_a_vacuum_that_changes_is_what_another_integrator_finds(end: float) -> None:
     # an enclosure that hardly pulls, whose memory then does not matter
     brake = replace(
@@ -238,7 +239,7 @@ def test_tune_plan_drop_and_a_line_agree() -> None:
     assert tuning_vacuum(one.with_changes(speed=low * 0.99)) is None
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_line_whose_vacuum_hardly_changes_gives_the_stop_at_constant_vacuum() -> None:
     line = load_line("choi2018").record
     line = replace(line, chamber=replace(line.chamber, volume_per_slip=1e-9))
@@ -368,7 +369,7 @@ def test_the_tuned_vacuum_stops_where_another_integrator_says() -> None:
         jax.grad(lambda v: tuned_vacuum(1.0, v, slip, SPRING, G, FAST.brake))(2.0)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_spacers_take_from_the_scale_factor_what_it_holds_of_a_fan() -> None:
     held = FAST.brake.amplification_held
     assert held is not None

@@ -224,15 +224,61 @@ CASES: dict[str, tuple[tuple[Fault, ...], Callable[[Path], dict[str, Any]]]] = {
         (scaled("friction-2.csv", 1e-3),),
         lambda _: {},
     ),
+    "a line, a standard and columns": (
+        (),
+        lambda _: {
+            "line": "choi2018",
+            "title": "Prüfung & <b>`x`",
+            "test": FrictionTest(standard="iso8295", area="625 mm^2", normal_force="2.45 N"),
+            "options": FileOptions(decimal=".", column=["force=Load"]),
+        },
+    ),
+    "curves of some repeats elsewhere": (
+        (cut_off("pull-2.csv"),),
+        lambda _: {
+            "depth": "curves",
+            "measurements": Measurements(holdout=["repeat 2"]),
+            "atmosphere": "96 kPa",
+        },
+    ),
+    "odd files": (
+        (
+            unreadable,
+            twin("pull-1.csv", "again/pull-1.csv"),
+            renamed("pull-2.csv", unicodedata.normalize("NFD", "Prüfung-1.csv")),
+            cut_off("friction-2.csv"),
+        ),
+        lambda _: {},
+    ),
+    "a window, no vacuum stated and one left out": (
+        (nothing_stated("pull-3.csv"),),
+        lambda _: {
+            "test": FrictionTest(start="0.05 m", end="0.09 m", accept_stick_slip=True),
+            "left_out": LeftOut(exclude=["pull-2.csv"], because=[WHY]),
+        },
+    ),
 }
 """{name: (what happens to the folder, options)}."""
 CONTAINED = {
-    "nothing": "a line and no author",
+    "nothing": "a line, a standard and columns",
     "holdout of a vacuum": "left out and held out",
     "calibrate on": "calibrate on a damaged one",
     "a calibrated brake": "a calibrated brake and a damaged pull",
     "a damaged pull": "pulls in another order",
-    "a twin": "a twin of the same name",
+    "a twin": "odd files",
+    "a twin of the same name": "odd files",
+    "an unreadable file": "odd files",
+    "decomposed names": "odd files",
+    "a damaged friction test": "odd files",
+    "a line and no author": "a line, a standard and columns",
+    "a standard": "a line, a standard and columns",
+    "columns": "a line, a standard and columns",
+    "curves": "curves of some repeats elsewhere",
+    "another atmosphere": "curves of some repeats elsewhere",
+    "holdout of a repeat": "curves of some repeats elsewhere",
+    "a window": "a window, no vacuum stated and one left out",
+    "no vacuum stated": "a window, no vacuum stated and one left out",
+    "left out": "a window, no vacuum stated and one left out",
 }
 """{case that `make slow` leaves to `make campaigns`: case that has the same options and more}."""
 

@@ -56,7 +56,7 @@ def test_curves_of_one_mounting_are_correlated() -> None:
     assert found[0] - found[1] == pytest.approx(change[0] - change[1], rel=1e-6, abs=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_mountings_widen_the_posterior_as_a_grid_says() -> None:
     """Three mountings of two pulls that hardly differ: about Student's t of three means."""
     random = np.random.default_rng(3)

@@ -120,7 +120,7 @@ def checked(method: str, spec: Spec) -> dict[str, bool]:
 
 
 @pytest.mark.parametrize(
-    "method", ["exact", "curves", "validate", pytest.param("bayesian", marks=pytest.mark.slow)]
+    "method", ["exact", "curves", "validate", pytest.param("bayesian", marks=pytest.mark.campaign)]
 )
 def test_a_small_overshoot_of_all_pulls_is_seen_by_every_method(method: str) -> None:
     """No pull is unlike the others; only their mean tells."""

@@ -235,7 +235,7 @@ def test_damaged_files(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_many_damaged_files(tmp_path: Path) -> None:
-    _fuzz(tmp_path, int(os.environ.get("LAYERJAM_FUZZ", cases(20000, 4000))), seed=2)
+    _fuzz(tmp_path, int(os.environ.get("LAYERJAM_FUZZ", cases(20000, 2000))), seed=2)
 
 
 def _logs() -> dict[str, bytes]:

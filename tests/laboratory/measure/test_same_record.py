@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
+from counts import cases
 from laboratory.campaigns import bench as virtual
 from laboratory.measure.layouts import REAL
 from layerjam.brake.device.load import load
@@ -161,10 +162,11 @@ def test_repeats_that_waver_alike_over_many_samples_are_not_one_record(seed: int
 @pytest.mark.slow
 def test_false_alarms_among_thousands_of_pairs() -> None:
     """None among 3 x 780 pairs: at most 0.13 % at 95 % confidence (rule of three)."""
+    count = cases(40, 24)
     for rate, noise, spread in ((50.0, 0.3, 0.0), (100.0, 0.05, 0.003), (1000.0, 0.15, 0.0)):
-        repeats = [pull(seed, rate, noise, spread) for seed in range(40)]
+        repeats = [pull(seed, rate, noise, spread) for seed in range(count)]
         pairs = [(a, b) for n, a in enumerate(repeats) for b in repeats[:n]]
-        assert len(pairs) == 780
+        assert len(pairs) == count * (count - 1) // 2
         assert sum(is_same_record(a, b) for a, b in pairs) == 0
 
 

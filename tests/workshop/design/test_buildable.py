@@ -128,7 +128,7 @@ def some_requests(seed: int, count: int) -> list[DesignRequest]:
 def test_what_random_requests_propose_is_built() -> None:
     """The chosen design, the runner-up and the refined one, each by `build`; none is refused."""
     proposed = 0
-    count = cases(50, 5)
+    count = cases(50, 3)
     for request in some_requests(11, count):
         made = lj.design(make_specification(request), confidence=None)
         if not made.feasible:

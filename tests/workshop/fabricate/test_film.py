@@ -79,7 +79,7 @@ def test_random_brakes_as_a_checker_reads_them(file: BrakeFile, kerf: float, cop
 
 
 @pytest.mark.slow
-@settings(max_examples=cases(150, 50))
+@settings(max_examples=cases(150, 25))
 @given(brakes(), st.sampled_from((0.0, 0.15e-3)), st.integers(1, 3))
 def test_many_random_brakes(file: BrakeFile, kerf: float, copies: int) -> None:
     judge(file, kerf, copies)

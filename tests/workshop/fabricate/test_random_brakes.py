@@ -65,7 +65,7 @@ def test_eight_random_brakes() -> None:
 
 @pytest.mark.slow
 def test_many_random_brakes() -> None:
-    count = cases(500, 80)
+    count = cases(500, 40)
     assert sum(check(brake) for brake in some_brakes(12, count)) > 0.6 * count
 
 

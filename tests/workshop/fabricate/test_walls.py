@@ -142,7 +142,7 @@ def test_four_random_brakes() -> None:
 @pytest.mark.slow
 def test_many_random_brakes_and_choices() -> None:
     rng = np.random.default_rng(4)
-    count = cases(170, 35)
+    count = cases(170, 20)
     known = zip(some_brakes(41, count), some_builds(42, count), strict=True)
     found = [name for brake, build in known if (name := compare(brake, build, rng))]
     assert len(found) >= 0.58 * count
