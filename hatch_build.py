@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import shutil
 import sys
 import tempfile
@@ -16,7 +17,8 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 def build_engines(folder: Path) -> list[Path]:
     """Compile LIBRARIES reproducibly for every machine in TARGETS; return the files in `folder`.
 
-    Raises CompilerError if the Python package ziglang is missing.
+    $LAYERJAM_SYSTEMS, such as "linux darwin", leaves out the machines of other systems. Raises
+    CompilerError if the Python package ziglang is missing.
     """
     from layerjam.brake.kernel.compiler import (
         FLAGS,
@@ -28,7 +30,9 @@ def build_engines(folder: Path) -> list[Path]:
     )
 
     paths = []
-    for sources, (machine, target) in product(LIBRARIES, TARGETS.items()):
+    systems = os.environ.get("LAYERJAM_SYSTEMS", "linux darwin win32").split()
+    targets = [(machine, target) for machine, target in TARGETS.items() if machine[0] in systems]
+    for sources, (machine, target) in product(LIBRARIES, targets):
         path = folder / engine_name(sources, (), machine)
         # omit debug information, which would contain the source folder
         options = [*FLAGS, "-g0", "-s", "-shared"]

@@ -13,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from install.dist import KERNELS, REQUIRED, ROOT, build, contents, faults
+from counts import FULL
+from install.dist import KERNELS, LIBRARIES, REQUIRED, ROOT, build, contents, faults
 from install.environment import bare
 
 
@@ -123,10 +124,13 @@ def test_pip_and_make_dist_with_and_without_ziglang(builder: Path, tmp_path: Pat
     assert not (tmp_path / "without/layerjam/brake/kernel/built").exists()
     fill(builder, builder.parents[2] / "zig.lock")
     words = (builder, ROOT / "tests/install/dist.py", tmp_path / "dist")
-    done = subprocess.run(words, env=bare(), capture_output=True, text=True, check=False)
+    # for Windows, ziglang compiles a C library first, which takes three quarters of the time
+    env = bare() if FULL else {**bare(), "LAYERJAM_SYSTEMS": "linux darwin"}
+    done = subprocess.run(words, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert {path.suffix for path in (tmp_path / "dist").iterdir()} == {".whl", ".gz"}
     [wheel] = (tmp_path / "dist").glob("*.whl")
     said = engine(builder, tmp_path / "with", wheel)
     assert said.startswith("kernel (shipped with layerjam: ") and str(tmp_path / "with") in said
-    assert len(list((tmp_path / "with/layerjam/brake/kernel/built").iterdir())) == KERNELS
+    held = len(list((tmp_path / "with/layerjam/brake/kernel/built").iterdir()))
+    assert held == (KERNELS if FULL else KERNELS - LIBRARIES)

@@ -174,6 +174,7 @@ def test_rubbish_gets_a_word_and_the_server_stays_up(laboratory, tmp_path):
     laboratory.wait_for_selector("[data-testid=dropped-more]", timeout=LONG)
 
 
+@pytest.mark.campaign
 def test_a_closed_tab_leaves_no_file_behind(chromium, workbench):
     def folders() -> set[Path]:
         return set(Path(tempfile.gettempdir()).glob("layerjam-workbench-*"))

@@ -14,6 +14,7 @@ COMMITTED = ROOT / "docs" / "images" / "workbench.png"
 pytestmark = [pytest.mark.slow, pytest.mark.timing]
 
 
+@pytest.mark.campaign
 def test_photograph_has_the_words_of_the_page_in_their_places(chromium, workbench):
     image = pytest.importorskip("PIL.Image")
     program = script(COMMITTED.with_suffix(".py"))

@@ -91,7 +91,7 @@ class Person:
         return text
 
 
-@pytest.fixture(params=["mouse", "keyboard"])
+@pytest.fixture(params=[pytest.param("mouse", marks=pytest.mark.campaign), "keyboard"])
 def person(tab, request):
     tab.set_viewport_size({"width": 1280, "height": 720})
     yield Person(tab, request.param)

@@ -148,7 +148,7 @@ def test_the_campaign_on_real_lines() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rest", ["open", "closed"])
+@pytest.mark.parametrize("rest", ["open", pytest.param("closed", marks=pytest.mark.campaign)])
 def test_every_fault_several_times(rest: str) -> None:
     sound = [name for name in KINDS if name != "sensor-drift"]
     done = campaign(f"{VIRTUAL}&rest={rest}", only=sound, runs=(runs := cases(10, 1)), seed=1)
