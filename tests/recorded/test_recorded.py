@@ -18,7 +18,9 @@ from recorded.record import read_recorded
 
 LONG = ("calibrate curves", "design", "sweep", "publish", "tensile fan", "build")
 LONG += ("design second", "build chain", "build own", "report", "saw mounted")
-LONG += ("drop falling", "drop rising", "drop leaking", "tune speed-law", "saw damped")
+LONG += ("drop falling", "drop rising", "drop leaking", "saw damped")
+MARKS = {**dict.fromkeys(LONG, pytest.mark.slow), "tune speed-law": pytest.mark.campaign}
+"""{question: when it is asked, if not by the quick tests}."""
 CLOSE = 1e-6
 """Relative difference between machines: fits stop at a relative change of about 1e-8."""
 RECORDED = read_recorded()
@@ -39,7 +41,7 @@ def inside(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.mark.parametrize(
     "question",
-    [pytest.param(q, marks=pytest.mark.slow) if q in LONG else q for q in QUESTIONS],
+    [pytest.param(q, marks=MARKS.get(q, ())) for q in QUESTIONS],
 )
 @pytest.mark.usefixtures("inside")
 def test_a_command_answers_as_recorded(question: str) -> None:

@@ -35,8 +35,11 @@ from strategies import KAPTON, one
 CLOSE = 1e-12
 COMBINED = ("fan with an exponent", "rubber")
 """Families whose parts are in others; the program of each takes minutes to compile."""
-ALIKE = {"rubber that softens": ("time_at_slip", "speed_at_slip", "vacuum_eq10")}
-"""Laws that a family shares with others but for its forces; they take half a minute to compile."""
+ALIKE = {
+    "rubber that softens": ("time_at_slip", "speed_at_slip", "vacuum_eq10"),
+    "spacers or a fan": ("time_at_slip", "speed_at_slip"),
+}
+"""Laws that a family shares with others but for its forces; they compile longest."""
 ROUNDING = 1e-16
 """Rounding [J] of a heat at zero friction, which is the difference of two works."""
 

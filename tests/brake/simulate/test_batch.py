@@ -168,6 +168,11 @@ def test_a_history_is_held_fixed_for_all_cases():
     assert "enclosure" not in made
     assert (made.speed_reached == 0).all()
     np.testing.assert_array_equal(made.speed, speed)
+
+
+@pytest.mark.campaign
+def test_a_constant_vacuum_may_be_swept_in_time():
+    speed = np.array([1.0, 2.0, 2.5])
     steady = batch(
         stop_in_time, {"mass": 1.0, "speed": speed, "vacuum": 94.5e3},
         fixed={"times": None, **MARCH}, brake=KAPTON,

@@ -78,7 +78,7 @@ def fanned_stop(brake: Brake, mass: float, speed: float, vacuum: float, spring: 
     return float(x[-1]), float((spring * (z - x)).max()), float(made.t[-1])
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_fan_whose_friction_grows_with_speed_is_amplified_at_that_friction() -> None:
     mass, speed, vacuum = 4.0, 2.5, 60e3
     timed, record = drop(FANNED, mass=mass, speed=speed, vacuum=vacuum)

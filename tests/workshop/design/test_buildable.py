@@ -124,7 +124,7 @@ def some_requests(seed: int, count: int) -> list[DesignRequest]:
     return made
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_what_random_requests_propose_is_built() -> None:
     """The chosen design, the runner-up and the refined one, each by `build`; none is refused."""
     proposed = 0
