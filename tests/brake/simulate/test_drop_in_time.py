@@ -259,13 +259,11 @@ def by_small_moves(mass, speed, history, spring, brake, count):
 
 TURN = History([0.0, 7.65e-3, 10.71e-3], [38.95e3, 21.56e3, 60.43e3])
 TURNED = {"mass": 0.328, "speed": 2.034}
-OTHER_STEPS = ((None, 1e-6), (1.43e-5, 2e-6), (5e-6, 3e-7))
+STEPS = ((None, 1e-6), (2e-5, 4e-6), (1.43e-5, 2e-6), (5e-6, 3e-7))
 
 
-@pytest.mark.parametrize(
-    ("step", "most"),
-    [(2e-5, 4e-6), *(pytest.param(*one, marks=pytest.mark.slow) for one in OTHER_STEPS)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("step", "most"), STEPS)
 @pytest.mark.usefixtures("few_samples")
 def test_slip_up_to_where_a_falling_vacuum_turns_is_not_lost(step, most):
     """The last half step of the fall counts, however the steps meet the turn."""
