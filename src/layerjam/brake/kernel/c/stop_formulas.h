@@ -120,8 +120,7 @@ static inline lj_bracket lj_bracket_root(const lj_case *case_, lj_real travel)
     lj_real end = lj_min(lj_balance_root(case_, all_of_it), snap);
     lj_real edge = lj_min(saturation, end);
     lj_energy start = lj_quartic(case_, case_->c < LJ(0));
-    lj_real passes = (edge > LJ(0) ? lj_quartic_value(&start, edge) : LJ(1.0));
-    int linear = (edge < end ? passes : LJ(0.0)) > LJ(0);
+    int linear = (edge < end ? lj_quartic_value(&start, edge) : LJ(-1.0)) >= LJ(0);
     lj_energy energy = lj_quartic(case_, linear);
     lj_real low = (linear ? edge : LJ(0.0));
     lj_real high = (linear ? end : edge);

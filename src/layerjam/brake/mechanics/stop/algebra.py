@@ -158,9 +158,9 @@ def bracket_root(case: Setup, travel: Any) -> Search:
     end = xp.minimum(balance_root(case, all_of_it), snap)
     edge = xp.minimum(saturation, end)
     start = quartic(case, case.c < 0)
-    # beyond saturation the enclosure follows a different quartic; without vacuum from the start
-    passes = xp.where(edge > 0, quartic_value(start, edge), 1.0)
-    linear = xp.where(edge < end, passes, 0.0) > 0
+    # beyond saturation the enclosure follows a different quartic; without vacuum from the start,
+    # where a mass at rest has no energy. GCC does not vectorise a second condition here.
+    linear = xp.where(edge < end, quartic_value(start, edge), -1.0) >= 0
     energy = quartic(case, linear)
     low, high = xp.where(linear, edge, 0.0), xp.where(linear, end, edge)
     limit = xp.minimum(all_of_it, snap)
