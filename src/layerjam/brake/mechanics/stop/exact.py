@@ -81,18 +81,20 @@ def first_root(energy: Quartic, low: Any, high: Any) -> Any:
 
     def step(state: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
         root, size, count = state
-        goes_on, new = (count < STEPS) | is_open(size), curvature_step(energy, root, low, high)
+        goes_on, new = is_open(size), curvature_step(energy, root, low, high)
         return xp.where(goes_on, new, root), xp.where(goes_on, abs(new - root), size), count + 1
 
     def is_unfinished(state: tuple[Any, Any, Any]) -> Any:
         _, size, count = state
-        return (count < STEPS) | ((count < MOST_STEPS) & xp.any(is_open(size)))
+        return (count < MOST_STEPS) & xp.any(is_open(size))
 
     def rising(state: tuple[Any, None]) -> tuple[Any, Any, None]:
         return -quartic_value(energy, state[0]), -quartic_slope(energy, state[0]), None
 
-    start = guess_root(energy, low, high), xp.full_like(high, xp.inf), 0
-    root, size, _ = repeat_while(is_unfinished, step, start)
+    before = root = guess_root(energy, low, high)
+    for _ in range(STEPS):
+        before, root = root, curvature_step(energy, root, low, high)
+    root, size, _ = repeat_while(is_unfinished, step, (root, abs(root - before), STEPS))
     needs_search = is_open(size)
 
     def search() -> Any:
