@@ -17,8 +17,9 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 def build_engines(folder: Path) -> list[Path]:
     """Compile LIBRARIES reproducibly for every machine in TARGETS; return the files in `folder`.
 
-    $LAYERJAM_SYSTEMS, such as "linux darwin", leaves out the machines of other systems. Raises
-    CompilerError if the Python package ziglang is missing.
+    If $LAYERJAM_SYSTEMS lists systems, such as "linux darwin", only their machines are included.
+    Raises ValueError if it lists an unknown one, and CompilerError if the Python package ziglang is
+    missing.
     """
     from layerjam.brake.kernel.compiler import (
         FLAGS,
@@ -30,7 +31,11 @@ def build_engines(folder: Path) -> list[Path]:
     )
 
     paths = []
-    systems = os.environ.get("LAYERJAM_SYSTEMS", "linux darwin win32").split()
+    known = {system for system, _ in TARGETS}
+    systems = set(os.environ.get("LAYERJAM_SYSTEMS", "").split()) or known
+    if unknown := systems - known:
+        names = ", ".join(sorted(unknown))
+        raise ValueError(f"LAYERJAM_SYSTEMS: {names} is not one of {', '.join(sorted(known))}")
     targets = [(machine, target) for machine, target in TARGETS.items() if machine[0] in systems]
     for sources, (machine, target) in product(LIBRARIES, targets):
         path = folder / engine_name(sources, (), machine)

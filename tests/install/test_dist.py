@@ -75,6 +75,9 @@ def test_a_wheel_built_with_ziglang_has_the_kernel_of_every_machine(
         assert place == f"layerjam/brake/kernel/built/{Path(path).name}" and Path(path).exists()
     made.finalize("standard", data, "")
     assert not any(map(os.path.exists, data["force_include"]))
+    monkeypatch.setenv("LAYERJAM_SYSTEMS", "linux windows")
+    with pytest.raises(ValueError, match="windows is not one of darwin, linux, win32"):
+        made.initialize("standard", data)
 
 
 @pytest.fixture(scope="module")
