@@ -11,6 +11,8 @@ from scipy.stats import norm
 
 import layerjam as lj
 from layerjam.brake.simulate import prediction
+from layerjam.core.evolve import evolve
+from layerjam.workshop.design import search
 from layerjam.workshop.design.robust import assess
 from workshop.design.test_design import SMALL, read
 
@@ -94,3 +96,39 @@ def test_design_judges_the_next_brake_whichever_interval_it_prints(tmp_path):
     assert low < inner < outer < high
     assert (mean.chosen, mean.robustness) == (following.chosen, following.robustness)
     assert mean.intervals["holding_force"]["of"] == "mean"
+
+
+@pytest.mark.parametrize(
+    ("hold", "confidence"), [(150, 0.5), (150, 0.9), (120, 0.98), (170, 0.95), (178, 0.95)]
+)
+def test_probabilities_left_out_change_no_highlight(monkeypatch, hold, confidence):
+    """Against the probabilities of all designs, with the choice from a list in plain Python."""
+    monkeypatch.setattr(search, "FIRST_LOOK", 2)
+    monkeypatch.setattr(search, "FAMILIES", 3)
+    text = SMALL.replace("holding_force >= 150 N", f"holding_force >= {hold} N")
+    look = search.Search(evolve(read(text), confidence=confidence))
+    run = look.run_chunk(0, look.spec.grid.size)
+    picks = look.find_highlights(run)
+    every = np.arange(look.spec.grid.size)
+    force, mass, work, length = (
+        look.kernel.all_merits(every)[look.row[name]]
+        for name in ("holding_force", "mass", "energy_capacity", "clamped_length")
+    )
+    fits = every[(force >= hold) & (length <= 0.110)]
+    chance = dict(zip(fits, look.samples.find_probabilities(fits), strict=True))
+    score = dict(zip(fits, np.log(mass[fits] / work[fits]), strict=True))
+    family = dict(zip(fits, look.families(fits), strict=True))
+    due = set()
+    for steps in range(search.SURER):
+        first = {}
+        for k in sorted(fits, key=lambda k: (score[k], k)):
+            if chance[k] >= confidence + steps / 64 - 1e-9:
+                first.setdefault(family[k], k)
+        due |= {*[*first.values()][:3]}
+    known = dict(zip(run.numbers, run.asked[-1], strict=True))
+    assert all(known[k] == chance[k] for k in known if not math.isnan(known[k]))
+    assert not any(math.isnan(known[k]) for k in run.numbers[picks.front])
+    if due:
+        assert {*run.numbers[picks.best]} == due
+    else:
+        assert chance[run.numbers[picks.surest]] == max(chance.values()) < confidence

@@ -74,7 +74,7 @@ class Grid:
         """Return the indices on every axis of designs; IndexError for a number outside the grid."""
         digits = []
         for length in self.shape[:0:-1]:  # np.unravel_index takes four times as long
-            higher = numbers // length
+            higher = numbers // length if length > 1 else numbers
             digits.append(numbers - higher * length)
             numbers = higher
         if np.size(numbers) and not 0 <= np.min(numbers) <= np.max(numbers) < self.shape[0]:
@@ -142,12 +142,11 @@ def _merits(
     point: Point,
     base: Brake,
     stick_slip: StickSlipPull | None,
-    deviations: Deviations | None,
     *,
     names: tuple[str, ...],
 ) -> Any:
     """Return merits of a row of designs, (merits, n); compiled once for all specifications."""
-    out = merits(point, base, stick_slip, deviations)
+    out = merits(point, base, stick_slip)
     shape = xp.shape(out["mass"])
     return xp.stack([xp.broadcast_to(out[n], shape) for n in names])
 
@@ -177,12 +176,13 @@ class Kernel:
         self._drawn_vacuums = np.where(is_valid, np.argmax(is_valid), np.arange(len(vacuums)))
         """Index, for each vacuum, of the vacuum whose designs are drawn in its place."""
 
-    def merits(self, numbers: Numbers, deviations: Deviations | None = None) -> Array:
+    def merits(self, numbers: Numbers) -> Array:
         """Return merits except those of the stop, shape (merits, n)."""
         evaluation = self.evaluation
-        batch, point, logs = self._pad(numbers, deviations)
+        batch = pad(numbers)
+        point = self.grid.point(batch)
         base, stick_slip = evaluation.base, evaluation.stick_slip
-        rows = np.asarray(_merits(point, base, stick_slip, logs, names=self.names))
+        rows = np.asarray(_merits(point, base, stick_slip, names=self.names))
         if evaluation.line is not None:
             line = evaluation.line[:, self.grid.digits(batch)[self.vacuums]]
             line = line * point.series * point.parallel
@@ -196,8 +196,8 @@ class Kernel:
         evaluation = self.evaluation
         if len(numbers) == 0 or evaluation.stop is None:
             return np.full((len(STOP_MERITS), len(numbers)), math.nan)
-        _, point, logs = self._pad(numbers, deviations)
         base, stop = evaluation.base, evaluation.stop
+        point, logs = self.grid.point(pad(numbers)), _pad_deviations(deviations)
         rows = _stop_rows(point, base, stop, logs, row=self.grid.max_series)
         return np.asarray(rows)[:, : len(numbers)]
 
@@ -221,7 +221,7 @@ class Kernel:
             part = slice(start, start + PIECE)
             piece = drawing_numbers[part]
             logs = None if deviations is None else Deviations(*(row[part] for row in deviations))
-            _, point, logs = self._pad(piece, logs)
+            point, logs = self.grid.point(pad(piece)), _pad_deviations(logs)
             merits = drawn_merits(point, evaluation.base, evaluation.draw, len(piece), logs)
             rows.append([merits[name] for name in DRAWN_MERITS])
         return dict(zip(DRAWN_MERITS, np.concatenate(rows, axis=1)[:, places], strict=True))
@@ -234,13 +234,12 @@ class Kernel:
             rows = [np.concatenate([m, self.stops(p)]) for m, p in zip(rows, parts, strict=True)]
         return np.concatenate(rows, axis=1)
 
-    def _pad(
-        self, numbers: Numbers, deviations: Deviations | None
-    ) -> tuple[Numbers, Point, Deviations | None]:
-        """Pad designs to one of a few lengths, because each length is compiled separately."""
-        size = next(n for n in (256, 4096, PIECE) if n >= len(numbers))
-        padding = (0, size - len(numbers))
-        if deviations is not None:
-            deviations = Deviations(*(np.pad(row, padding, "edge") for row in deviations))
-        batch = np.pad(np.asarray(numbers, np.int64), padding, "edge")
-        return batch, self.grid.point(batch), deviations
+
+def pad(row: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return a row of one of a few lengths, because each length is compiled separately."""
+    size = next(n for n in (256, 4096, PIECE) if n >= len(row))
+    return np.pad(row, (0, size - len(row)), "edge")
+
+
+def _pad_deviations(deviations: Deviations | None) -> Deviations | None:
+    return None if deviations is None else Deviations(*map(pad, deviations))

@@ -5,28 +5,41 @@ with the intervals of `force`, `vacuum` and `tune` for that file. Identical brak
 their deviations.
 """
 
+import functools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import operator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from layerjam.brake.device.brake import Brake
 from layerjam.brake.device.brake_file import BrakeFile
+from layerjam.brake.mechanics.law import compiled
 from layerjam.brake.simulate.prediction import SAMPLES, Deviations, Prediction
 from layerjam.core.evolve import evolve
 from layerjam.core.toml_files.source import Source
 from layerjam.workshop.design.bill import drawn_merits
 from layerjam.workshop.design.design_file import compose_design_file
-from layerjam.workshop.design.grid import PIECE, Array, Kernel, Numbers
-from layerjam.workshop.design.merit import STOP_MERITS, Point, Stock, make_point
-from layerjam.workshop.design.requirements import DesignSpecification
+from layerjam.workshop.design.grid import Array, Kernel, Numbers, pad
+from layerjam.workshop.design.merit import (
+    STOP_MERITS,
+    Point,
+    StickSlipPull,
+    Stock,
+    make_point,
+    merits,
+)
+from layerjam.workshop.design.requirements import Constraint, DesignSpecification
 from layerjam.workshop.design.stopping import all_merits
 
 FEW = 64
 """Number of samples for each design of a sweep; only the last candidates have all of them."""
 SMALL_PIECE, ROUND = 4096, 16
 """Number of stops or drawings in one call, and how many of them belong to one design."""
+SAMPLED_PIECE = 4096
+"""Number of designs whose other merits are computed in one call, with FEW samples of each."""
 
 
 class Chance(NamedTuple):
@@ -170,48 +183,73 @@ class Samples:
         the probability of the others is an upper bound.
         """
         is_met = np.ones((len(numbers), FEW), bool)
-        for part in _split(np.arange(len(numbers)), PIECE // FEW):
-            self._keep_met(
-                is_met, numbers, part, slice(FEW), self.kernel.names, self._compute_merits
-            )
+        for part in _split(np.arange(len(numbers)), SAMPLED_PIECE):
+            self._check_merits(is_met, numbers, part)
         bounds, best = is_met.mean(axis=1), 0.0
         # the amounts of a drawing do not depend on friction
-        stages = (("buildable",), self.kernel.drawn_merits), (STOP_MERITS, self._compute_stops)
+        stages = [
+            (rules, evaluate)
+            for names, evaluate in (
+                (("buildable",), self.kernel.drawn_merits),
+                (STOP_MERITS, self._compute_stops),
+            )
+            if (rules := self._list_constraints(names))
+        ]
         for part in _split(np.argsort(-bounds, kind="stable"), SMALL_PIECE // ROUND):
             for first in range(0, FEW, ROUND):
-                for names, evaluate in stages:
+                samples = slice(first, first + ROUND)
+                for rules, evaluate in stages:
                     live = part[is_met[part].mean(axis=1) >= min(best, self.spec.confidence)]
-                    samples = slice(first, first + ROUND)
-                    self._keep_met(is_met, numbers, live, samples, names, evaluate)
+                    deviations = self._select_deviations(numbers[live], samples)
+                    flat = Deviations(*(row.ravel() for row in deviations))
+                    values = evaluate(np.repeat(numbers[live], ROUND), flat)
+                    for c in rules:
+                        is_met[live, samples] &= c.is_met(values[c.name]).reshape(-1, ROUND)
             best = max(best, float(is_met[part].mean(axis=1).max()))
         return np.asarray(is_met.mean(axis=1))
 
-    def _compute_merits(self, numbers: Numbers, deviations: Deviations) -> dict[str, Array]:
-        rows = self.kernel.merits(numbers, deviations)
-        return dict(zip(self.kernel.names, rows, strict=False))
+    def _check_merits(self, is_met: npt.NDArray[np.bool_], numbers: Numbers, part: Numbers) -> None:
+        """Change `is_met` (n, FEW) of a part of the designs by the merits of the kernel."""
+        rules = self._list_constraints(self.kernel.names)
+        evaluation, films = self.kernel.evaluation, self.kernel.grid.digits(numbers[part])[0]
+        for film in np.unique(films) if rules else ():
+            members = part[films == film]
+            meets = _meet_all(
+                self.kernel.grid.point(pad(numbers[members])[:, None]),
+                evaluation.base,
+                evaluation.stick_slip,
+                Deviations(*(table[film] for table in self.deviations)),
+                [c.limit for c in rules],
+                names=tuple((c.name, c.most) for c in rules),
+            )
+            is_met[members] &= np.asarray(meets)[: len(members)]
+
+    def _list_constraints(self, names: Sequence[str]) -> list[Constraint]:
+        return [c for c in self.spec.constraints if c.name in names]
+
+    def _select_deviations(self, numbers: Numbers, samples: slice) -> Deviations:
+        """Return some deviations of each design, (n, samples)."""
+        films = self.kernel.grid.digits(numbers)[0]
+        return Deviations(*(table[films, samples] for table in self.deviations))
 
     def _compute_stops(self, numbers: Numbers, deviations: Deviations) -> dict[str, Array]:
         return dict(zip(STOP_MERITS, self.kernel.stops(numbers, deviations), strict=True))
 
-    def _keep_met(
-        self,
-        holds: npt.NDArray[np.bool_],
-        numbers: Numbers,
-        part: Numbers,
-        samples: slice,
-        names: Sequence[str],
-        evaluate: Callable[[Numbers, Deviations], Mapping[str, Array]],
-    ) -> None:
-        """Change `holds` (n, FEW) of a part of the designs by the constraints on some merits."""
-        rules = [c for c in self.spec.constraints if c.name in names]
-        if not rules or not len(part):
-            return
-        films = self.kernel.grid.digits(numbers[part])[0]
-        deviations = Deviations(*(table[films, samples].ravel() for table in self.deviations))
-        count = samples.stop - (samples.start or 0)
-        values = evaluate(np.repeat(numbers[part], count), deviations)
-        for c in rules:
-            holds[part, samples] &= c.is_met(values[c.name]).reshape(-1, count)
+
+@compiled(static=("names",))
+def _meet_all(
+    point: Point,
+    base: Brake,
+    stick_slip: StickSlipPull | None,
+    deviations: Deviations,
+    limits: Sequence[Any],
+    *,
+    names: tuple[tuple[str, bool], ...],
+) -> Any:
+    """Return whether designs (n, 1) with deviations (m,) meet all limits, (n, m)."""
+    out = merits(point, base, stick_slip, deviations)
+    rules = [Constraint(*rule, limit) for rule, limit in zip(names, limits, strict=True)]
+    return functools.reduce(operator.and_, (c.is_met(out[c.name]) for c in rules))
 
 
 def _split(places: Numbers, size: int) -> Iterator[Numbers]:
