@@ -6,6 +6,7 @@ lines, although only the first of them executes these. Lines in other processes 
 
 from __future__ import annotations
 
+import ast
 import difflib
 import functools
 import hashlib
@@ -37,6 +38,8 @@ COMPARERS = (
     "tests/brake/kernel/test_shipped.py",
 )
 """Tests that compare text or digests of sources."""
+CONSTANTS = "tests/recorded/test_recorded.py::test_a_command_answers_as_recorded[constants]"
+"""Test of what modules compute when imported; such lines are recorded for whoever imports first."""
 PLACE = "LAYERJAM_MUTANT_MAP"
 """Environment variable: the folder of the record that a run of tests makes."""
 WRAPPERS = {
@@ -220,12 +223,30 @@ class Record:
         old = self.old_lines(mutant.file, source)
         first, last = mutant.statement
         numbers = {first, *range(max(first, mutant.line), last + 1), mutant.line}
+        numbers |= import_lines(source).get(first, set())  # of a default: who calls the function
         direct = set().union(*(every.get(old.get(number, 0), set()) for number in numbers))
         printed = next((p for start, p in IN_C.items() if mutant.file.startswith(start)), "")
         in_c = set().union(*self.lines(printed).values()) if printed else set()
         if not direct:
             direct, in_c = in_c, set()
         return direct, set().union(in_c, *every.values()) - direct
+
+
+@functools.cache
+def import_lines(source: str) -> dict[int, set[int]]:
+    """Return {first line of a statement that runs at import: lines of its body, of a function}."""
+    found: dict[int, set[int]] = {}
+
+    def add(statements: Sequence[ast.stmt]) -> None:
+        for one in statements:
+            is_function = isinstance(one, ast.FunctionDef)
+            body = range(one.body[0].lineno, (one.end_lineno or 0) + 1) if is_function else ()
+            found[one.lineno] = set(body)
+            if isinstance(one, ast.ClassDef):
+                add(one.body)
+
+    add(ast.parse(source).body)
+    return found
 
 
 def wrapper_of(file: str) -> str:
@@ -262,6 +283,8 @@ class Map:
         for one in reversed(self.records):
             direct, other = one.tests_of(mutant, source)
             valid = {test for test in one.seconds if test.partition("::")[0] not in replaced}
+            if mutant.file.endswith(".py") and mutant.statement[0] in import_lines(source):
+                direct = direct | {CONSTANTS}
             near |= direct & valid
             far |= other & valid
             seconds |= {test: one.seconds[test] + 0.02 for test in (direct | other) & valid}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,7 +12,11 @@ import numpy as np
 
 import layerjam as lj
 from law_cases import FAMILIES
+from layerjam.workshop.commands.build import judge_build
+from layerjam.workshop.fabricate.folder import make_files
+from layerjam.workshop.fabricate.mesh import make_mesh
 from recorded.constants import list_module_numbers
+from recorded.counting import find_numbers, sums, sums_said
 from recorded.laws import list_law_numbers
 from recorded.options import OPTIONS
 from recorded.questions import (
@@ -31,6 +34,7 @@ from recorded.questions import (
     Y,
     ask,
 )
+from recorded.reading import list_read_numbers
 
 
 def brake_questions() -> dict[str, Question]:
@@ -166,6 +170,9 @@ def workshop_questions() -> dict[str, Question]:
         "design": ask("design", "grip.toml", out="grip-brake.toml"),
         "sweep": ask("sweep", "grip.toml", out="sweep"),
         "build": ask("build", K, out="built"),
+        "parts laser": ask("drawn parts", K, parallel=2, kerf="0.2 mm", cutter="laser"),
+        "parts knife": ask("drawn parts", F, series=3, cutter="knife"),
+        "parts bed": ask("drawn parts", Y, print_bed="220x220x250 mm", stock="300x200 mm"),
         "build array": ask("build", P, out="two", parallel=2, kerf="0.2 mm", cutter="laser"),
         "scenario": ask("scenario", "neck-guard"),
         "export-c": ask("export-c", K, out="c"),
@@ -175,10 +182,9 @@ def workshop_questions() -> dict[str, Question]:
 QUESTIONS = brake_questions() | motion_questions() | bench_questions()
 QUESTIONS |= laboratory_questions() | workshop_questions()
 QUESTIONS |= {f"laws {family}": ask("laws", family) for family in (*FAMILIES, "marches")}
-QUESTIONS |= OPTIONS | {"constants": ask("constants")}
+QUESTIONS |= OPTIONS | {"constants": ask("constants"), "reading": ask("reading")}
 OMITTED = ("fingerprint", "made_by", "version", "seconds", "versions", "hash", "digest", "sha256")
 """Keys that change with each version or run."""
-NUMBER = re.compile(r"(?<![\w.#-])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.-])")
 COUNTED = (".svg", ".csv", ".toml", ".html", ".md", ".txt", ".c", ".h", ".json")
 
 
@@ -189,6 +195,10 @@ def answer(question: Question) -> dict[str, float | str]:
         return list_law_numbers(*subjects)
     if name == "constants":
         return list_module_numbers()
+    if name == "reading":
+        return list_read_numbers(Path.cwd())
+    if name == "drawn parts":
+        return list_part_numbers(judge_build(*subjects, **options).record)
     command = lj
     for part in name.replace("-", "_").split():
         command = getattr(command, part)
@@ -196,7 +206,10 @@ def answer(question: Question) -> dict[str, float | str]:
         result = command(*subjects, **options)
     except lj.LayerjamError as error:
         return {"error": type(error).__name__}
-    made = flatten(json.loads(result.json()))
+    values = json.loads(result.json())
+    printed = str(result).splitlines()
+    made = flatten(values) | sums_said(list_sentences(values), "said")
+    made |= sums_said(printed, "printed")
     try:
         table = result.to_frame()
     except (lj.LayerjamError, AttributeError):
@@ -208,6 +221,19 @@ def answer(question: Question) -> dict[str, float | str]:
         for file in sorted(place.rglob("*")) if place.is_dir() else [place]:
             if file.suffix in COUNTED and file.is_file():
                 made |= summary(file, file.relative_to(place).as_posix())
+    return made
+
+
+def list_part_numbers(drawing: Any) -> dict[str, float | str]:
+    """Return the numbers of the files for cutting, printing and CAD, and the sizes of the parts."""
+    made: dict[str, float | str] = {}
+    for name, content in make_files(drawing, with_step=True, coupons=True).items():
+        if isinstance(content, str):
+            made |= sums_said([content], name)
+    for part in drawing.parts:
+        mesh = make_mesh(part.solid)
+        made |= sums(np.sort(mesh.corners, axis=0).ravel().tolist(), f"{part.name}.corners")
+        made[f"{part.name}.volume"] = mesh.volume
     return made
 
 
@@ -230,6 +256,15 @@ def flatten(value: Any, path: str = "") -> dict[str, float | str]:
     return {path: value} if re.fullmatch(r"[\w-]{1,30}", value) else {}
 
 
+def list_sentences(value: Any) -> list[str]:
+    """Return the sentences in nested JSON, which `flatten` leaves out."""
+    if isinstance(value, Mapping):
+        return [s for key, v in value.items() if key not in OMITTED for s in list_sentences(v)]
+    if isinstance(value, list):
+        return [s for one in value for s in list_sentences(one)]
+    return [value] if isinstance(value, str) and " " in value else []
+
+
 def sums_of_rows(rows: list[dict[str, float | str]], path: str) -> dict[str, float | str]:
     """Return the sums of each column of some rows."""
     columns: dict[str, list[float]] = {}
@@ -240,17 +275,7 @@ def sums_of_rows(rows: list[dict[str, float | str]], path: str) -> dict[str, flo
     return {k: v for key, col in columns.items() for k, v in sums(col, path + key).items()}
 
 
-def sums(numbers: list[float], path: str) -> dict[str, float | str]:
-    """Return the count of some numbers, their sum of sizes, and one with weights by place."""
-    finite = [x for x in numbers if math.isfinite(x)]
-    return {
-        f"{path}.count": float(len(numbers)),
-        f"{path}.sizes": math.fsum(map(abs, finite)),
-        f"{path}.places": math.fsum(x * (1 + i / len(finite)) for i, x in enumerate(finite)),
-    }
-
-
 def summary(file: Path, name: str) -> dict[str, float | str]:
     """Return sums over the numbers in a file of text."""
     text = file.read_text("utf-8", "replace")
-    return sums([float(x) for x in NUMBER.findall(text)], f"file {name}")
+    return sums(find_numbers([text]), f"file {name}")

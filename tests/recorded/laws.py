@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import sys
 from collections.abc import Iterator
+from types import FrameType
 from typing import Any
 
 import numpy as np
 
 from law_cases import FAMILIES, LAWS, MARCHING, cases, on_numpy
 from layerjam import laws
+from layerjam.brake.mechanics import arrays
 from layerjam.core.errors import QuantityError
 from strategies import KAPTON
 
@@ -21,20 +25,43 @@ TIMES, FALLING = np.array([0.0, 4e-3, 60e-3]), np.array([7e4, 6e4, 1e4])
 
 def list_law_numbers(family: str) -> dict[str, float | str]:
     """Return the recorded numbers of all laws for one family of brakes, or for histories."""
-    found = marches() if family == "marches" else family_laws(family)
-    return {f"{name}.{key}": value for name, array in found for key, value in totals(array)}
+    if family == "marches":
+        return {f"{name}.{key}": value for name, array in marches() for key, value in totals(array)}
+    return dict(family_laws(family))
 
 
-def family_laws(family: str) -> Iterator[tuple[str, np.ndarray]]:
+def family_laws(family: str) -> Iterator[tuple[str, float]]:
+    """Yield totals of the columns of each law, and the steps of its loops."""
     seed = list(FAMILIES).index(family)
     brakes, count = FAMILIES[family](seed), 2 if "rubber" in family else BRAKES
     for name in LAWS:
         if (family, name) not in MARCHING:
             try:
-                columns = on_numpy(name, cases(name, seed), brakes, count)
+                with count_steps() as steps:
+                    columns = on_numpy(name, cases(name, seed), brakes, count)
             except QuantityError:  # it does not apply to this family
                 continue
-            yield from ((f"{name}.{place}", column) for place, column in enumerate(columns))
+            yield f"{name}.steps", float(len(steps))
+            for place, column in enumerate(columns):
+                yield from ((f"{name}.{place}.{key}", value) for key, value in totals(column))
+
+
+@contextlib.contextmanager
+def count_steps() -> Iterator[list[None]]:
+    """Yield a list with an item for each step of a loop of the laws: slower searches have more."""
+    steps: list[None] = []
+    loops = {arrays.repeat.__code__, arrays.repeat_while.__code__}
+
+    def count(frame: FrameType, event: str, _: object) -> None:
+        if event == "call" and frame.f_back is not None and frame.f_back.f_code in loops:
+            steps.append(None)
+
+    before = sys.getprofile()
+    sys.setprofile(count)
+    try:
+        yield steps
+    finally:
+        sys.setprofile(before)
 
 
 def marches() -> Iterator[tuple[str, np.ndarray]]:
