@@ -8,6 +8,9 @@ from scipy.optimize import brentq
 
 from law_cases import BRAKES, FAMILIES
 from layerjam.brake.mechanics.pull import holding_vacuum
+from layerjam.brake.mechanics.stop.exact import STOPPED, stop
+from layerjam.brake.mechanics.stop.motion import rope_spring
+from layerjam.brake.mechanics.stop.tune import tuned_stop
 from layerjam.laws import brake_force, saturation_slip, slip_work, tuned_vacuum
 from strategies import one
 
@@ -46,3 +49,28 @@ def test_the_tuned_vacuum_meets_the_energy_balance(family):
         saturated += s >= float(saturation_slip(root, brake))
     # both forms of the enclosure occur
     assert solved >= 8 and 0 < saturated < solved
+
+
+@pytest.mark.parametrize(
+    "family", ["plain", "spacers or a fan", "ageing and an effect", "pressure exponent"]
+)
+@pytest.mark.parametrize("rope", [None, 2e4])
+def test_the_whole_travel_can_be_tuned_as_well_as_all_but_a_ten_millionth(family, rope):
+    """Rounding must not make a stop at the end of the travel bottom out."""
+    brakes, random = FAMILIES[family](5), np.random.default_rng(5)
+    mass, speed = np.exp(random.uniform(np.log([0.2, 0.2]), np.log([8.0, 3.0]), (BRAKES, 2))).T
+    travel = brakes.sheets.usable_travel
+    for count in range(1, 5):
+        case = count * mass, speed, rope, 9.81, brakes
+        end, before = (
+            tuned_stop(case[0], speed, slip, *case[2:]) for slip in (travel, travel * (1 - 1e-7))
+        )
+        solved = np.isfinite(before)
+        # a vacuum above the atmosphere is needed for the last ten millionth of none of these
+        assert (np.isfinite(end) == solved).all()
+        assert end[solved] == pytest.approx(before[solved], rel=1e-5)
+        spring = rope_spring(rope, brakes) + 0.0 * mass
+        stops = stop(case[0], speed, np.where(solved, end, 1e4), spring, 9.81, brakes)
+        assert (stops.outcome[solved] == STOPPED).all()
+        assert stops.slip[solved] == pytest.approx(travel[solved], rel=1e-6)
+    assert solved.any()

@@ -37,6 +37,11 @@ def _excess_slip(slip: Any, case: tuple[Any, Any, Any, Any, Any], brake: Brake) 
     return result.slip - slip + xp.where(result.outcome == BOTTOMED_OUT, excess, 0.0)
 
 
+def _aim(slip: Any, brake: Brake) -> Any:
+    """Return the slip [m] that stops must end at: one at the end of the travel must not pass it."""
+    return xp.minimum(slip, brake.sheets.usable_travel * (1 - FARTHEST))
+
+
 @law
 def is_held(slip: Any, vacuum: Any, weight: Any, brake: Brake) -> Any:
     """Return whether a weight [N] stays at rest at a slip [m]; full vacuum [Pa].
@@ -77,7 +82,7 @@ def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
     NaN if full vacuum does not stop the mass that soon, or if the lowest vacuum stops it sooner.
     Also NaN if friction at rest does not hold the weight there, so that it would slide on.
     """
-    top = brake.site.atmosphere + xp.zeros_like(mass)
+    top, slip = brake.site.atmosphere + xp.zeros_like(mass), _aim(slip, brake)
 
     def excess(share: Any) -> Any:
         # the slip falls as the vacuum rises, so search over the difference from full vacuum
@@ -95,6 +100,7 @@ def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) 
     Arrays of one shape.
     """
     weight, full_vacuum = mass * gravity, brake.site.atmosphere + xp.zeros_like(mass)
+    slip = _aim(slip, brake)
     lowest = holding_vacuum(weight, slip, fix_speed(0.0, brake))
     holding = ~xp.isnan(lowest)
     min_vacuum = xp.maximum(xp.where(holding, lowest, full_vacuum), LEAST * full_vacuum)

@@ -30,6 +30,9 @@ from layerjam.brake.mechanics.stop.paced_tune import (
     paced_vacuum,
 )
 
+ROOM = 1e-13
+"""Relative increase of a vacuum that stops a mass at the end of the travel."""
+
 
 def _absorbed_energy(vacuum: Any, weight: Any, slip: Any, spring: Any, brake: Brake) -> Any:
     """Return the kinetic energy of a mass that a vacuum [Pa] stops after a slip [m], in [J]."""
@@ -47,8 +50,8 @@ def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
     pull. NaN if there is none. The mass may be too fast for the site's full vacuum, or so slow that
     a brake weak enough for that slip could not hold the weight there. With a speed law (of a power
     above 0) there is no energy balance: stops are computed until one ends within 1e-6 of the slip,
-    which takes a thousand times as long. It needs a finite spring, and a derivative raises
-    QuantityError.
+    or 2e-6 at the end of the travel. This takes a thousand times as long, needs a finite spring, and
+    a derivative raises QuantityError.
     """
     shape = xp.broadcast_arrays(mass, speed, slip, spring, gravity, brake.sheets.count)
     mass, speed, slip, spring, gravity, _ = shape
@@ -135,6 +138,11 @@ def tuned_stop(mass: Any, speed: Any, slip: Any, rope: Any, gravity: Any, brake:
     arrays = (mass, speed, slip, spring, gravity, brake.sheets.count)
     mass, speed, slip, spring, gravity, _ = xp.broadcast_arrays(*arrays)
     vacuum = tuned_vacuum(mass, speed, slip, spring, gravity, brake)
+    # a stop at the end of the travel has no room for rounding, which would make it bottom out
+    is_at_end = slip >= brake.sheets.usable_travel * (1 - ROOM)
+    margin_vacuum = xp.minimum(vacuum * (1 + ROOM), brake.site.atmosphere)
+    is_at_end = is_at_end & ~xp.asarray(depends_on_speed(brake))
+    vacuum = xp.where(is_at_end, margin_vacuum, vacuum)
     constant_brake = ignore_speed(brake)
     result = stop(
         mass, speed, xp.where(xp.isnan(vacuum), 0.0, vacuum), spring, gravity, constant_brake
