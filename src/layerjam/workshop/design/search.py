@@ -158,8 +158,8 @@ class Search:
     ) -> Array:
         """Return the probabilities of designs that may be highlighted, NaN for the others.
 
-        These are the front and, from the best score on, all designs up to one in each of the best
-        families that surely reaches the confidence; hence all, if none does.
+        These are the front and the designs with the best scores, until each of the best families
+        has one that surely reaches the confidence. If none does, these are all designs.
         """
         chance = np.full(len(numbers), math.nan)
         costs, scores = self._score(quantities)

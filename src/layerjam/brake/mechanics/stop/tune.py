@@ -50,8 +50,8 @@ def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
     pull. NaN if there is none. The mass may be too fast for the site's full vacuum, or so slow that
     a brake weak enough for that slip could not hold the weight there. With a speed law (of a power
     above 0) there is no energy balance: stops are computed until one ends within 1e-6 of the slip,
-    or 2e-6 at the end of the travel. This takes a thousand times as long, needs a finite spring, and
-    a derivative raises QuantityError.
+    or 2e-6 at the end of the travel. This takes a thousand times as long, needs a finite spring,
+    and a derivative raises QuantityError.
     """
     shape = xp.broadcast_arrays(mass, speed, slip, spring, gravity, brake.sheets.count)
     mass, speed, slip, spring, gravity, _ = shape
