@@ -30,6 +30,9 @@ SHEETS = (
 )
 FILM = ("density", "kinetic", "strength")
 """Quantities of sheets and film on which the drawn parts and their checks depend."""
+KINETIC = len(SHEETS) + FILM.index("kinetic")
+FORCE = len(SHEETS) + len(FILM) + 1
+"""Rows of `_bill_columns`."""
 
 
 class Bill(NamedTuple):
@@ -51,7 +54,10 @@ class Draw(Protocol):
     """Function that draws brakes."""
 
     def __call__(self, brake: Brake, force: Any) -> Bill:
-        """Return the bills of brakes given as arrays, at their maximum forces [N]."""
+        """Return the bills of brakes given as arrays (n,), at their maximum forces [N].
+
+        Forces and kinetic friction may have a first axis for samples of each brake.
+        """
 
     def reason(self, brake: Brake, force: float) -> str | None:
         """Return the reason why a brake cannot be built, or None."""
@@ -77,11 +83,14 @@ def drawn_merits(
     """Return DRAWN_MERITS of the first `count` designs of a row; NaN if one cannot be drawn.
 
     A design has `series` times `parallel` brakes, cast in one mould. The row may be longer, because
-    each length is compiled separately.
+    each length is compiled separately. With deviations (samples, 1), the shape is (samples, count).
     """
-    table = np.asarray(_bill_columns(point, base, deviations))[:, :count]
-    valid = table[-1] > 0
-    *sheets, density, kinetic, strength, wall, force, brakes = table[:-1, valid]
+    table = np.asarray(_bill_columns(point, base, deviations))[..., :count]
+    # deviations change only the friction and the force
+    first = table if table.ndim == 2 else table[:, 0]
+    valid = first[-1] > 0
+    *sheets, density, _, strength, wall, _, brakes = first[:-1, valid]
+    kinetic, force = (table[row][..., valid] for row in (KINETIC, FORCE))
     designs = evolve(
         base,
         sheets=evolve(base.sheets, **dict(zip(SHEETS, sheets, strict=True))),
@@ -89,9 +98,9 @@ def drawn_merits(
         enclosure=evolve(base.enclosure, wall=wall),
         weighed_mass=None,
     )
-    merits = np.full((len(DRAWN_MERITS), table.shape[1]), np.nan)
+    merits = np.full((len(DRAWN_MERITS), *table.shape[1:]), np.nan)
     if valid.any():
         bill = draw(designs, force)
         volume = bill.printed * brakes + bill.tools
-        merits[:, valid] = bill.film_area * brakes, volume, bill.mass * brakes, bill.margin
+        merits[..., valid] = bill.film_area * brakes, volume, bill.mass * brakes, bill.margin
     return dict(zip(DRAWN_MERITS, merits, strict=True))

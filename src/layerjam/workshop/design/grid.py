@@ -197,7 +197,8 @@ class Kernel:
         if len(numbers) == 0 or evaluation.stop is None:
             return np.full((len(STOP_MERITS), len(numbers)), math.nan)
         base, stop = evaluation.base, evaluation.stop
-        point, logs = self.grid.point(pad(numbers)), _pad_deviations(deviations)
+        point = self.grid.point(pad(numbers))
+        logs = None if deviations is None else Deviations(*map(pad, deviations))
         rows = _stop_rows(point, base, stop, logs, row=self.grid.max_series)
         return np.asarray(rows)[:, : len(numbers)]
 
@@ -206,25 +207,22 @@ class Kernel:
     ) -> dict[str, Array]:
         """Return DRAWN_MERITS of the designs; NaN if no function draws them.
 
-        A drawing does not depend on the vacuum, so designs that differ only in it are drawn once.
+        With deviations (samples, 1), the shape of each merit is (samples, n). A drawing does not
+        depend on the vacuum, so designs that differ only in it are drawn once.
         """
         evaluation = self.evaluation
         if evaluation.draw is None or len(numbers) == 0:
             return {name: np.full(len(numbers), math.nan) for name in DRAWN_MERITS}
         digits = list(self.grid.digits(numbers))
         digits[self.vacuums] = self._drawn_vacuums[digits[self.vacuums]]
-        drawing_numbers, places = self.grid.number(digits), np.arange(len(numbers))
-        if deviations is None:
-            drawing_numbers, places = np.unique(drawing_numbers, return_inverse=True)
+        drawing_numbers, places = np.unique(self.grid.number(digits), return_inverse=True)
         rows = []
         for start in range(0, len(drawing_numbers), PIECE):
-            part = slice(start, start + PIECE)
-            piece = drawing_numbers[part]
-            logs = None if deviations is None else Deviations(*(row[part] for row in deviations))
-            point, logs = self.grid.point(pad(piece)), _pad_deviations(logs)
-            merits = drawn_merits(point, evaluation.base, evaluation.draw, len(piece), logs)
+            piece = drawing_numbers[start : start + PIECE]
+            point, base = self.grid.point(pad(piece)), evaluation.base
+            merits = drawn_merits(point, base, evaluation.draw, len(piece), deviations)
             rows.append([merits[name] for name in DRAWN_MERITS])
-        return dict(zip(DRAWN_MERITS, np.concatenate(rows, axis=1)[:, places], strict=True))
+        return dict(zip(DRAWN_MERITS, np.concatenate(rows, axis=-1)[..., places], strict=True))
 
     def all_merits(self, numbers: Numbers, stop: bool = True) -> Array:
         """Return all merits of any number of designs, in the order of `Evaluation.all_names`."""
@@ -239,7 +237,3 @@ def pad(row: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Return a row of one of a few lengths, because each length is compiled separately."""
     size = next(n for n in (256, 4096, PIECE) if n >= len(row))
     return np.pad(row, (0, size - len(row)), "edge")
-
-
-def _pad_deviations(deviations: Deviations | None) -> Deviations | None:
-    return None if deviations is None else Deviations(*map(pad, deviations))

@@ -37,7 +37,7 @@ from layerjam.workshop.design.stopping import all_merits
 FEW = 64
 """Number of samples for each design of a sweep; only the last candidates have all of them."""
 SMALL_PIECE, ROUND = 4096, 16
-"""Number of stops or drawings in one call, and how many of them belong to one design."""
+"""Number of stops in one call, and how many of them belong to one design."""
 SAMPLED_PIECE = 4096
 """Number of designs whose other merits are computed in one call, with FEW samples of each."""
 
@@ -184,56 +184,47 @@ class Samples:
         """
         is_met = np.ones((len(numbers), FEW), bool)
         for part in _split(np.arange(len(numbers)), SAMPLED_PIECE):
-            self._check_merits(is_met, numbers, part)
-        bounds, best = is_met.mean(axis=1), 0.0
-        # the amounts of a drawing do not depend on friction
-        stages = [
-            (rules, evaluate)
-            for names, evaluate in (
-                (("buildable",), self.kernel.drawn_merits),
-                (STOP_MERITS, self._compute_stops),
-            )
-            if (rules := self._list_constraints(names))
-        ]
+            films = self.kernel.grid.digits(numbers[part])[0]
+            for film in np.unique(films):
+                members = part[films == film]
+                is_met[members] &= self._check_merits(numbers[members], film)
+        rules, bounds, best = self._list_constraints(STOP_MERITS), is_met.mean(axis=1), 0.0
         for part in _split(np.argsort(-bounds, kind="stable"), SMALL_PIECE // ROUND):
-            for first in range(0, FEW, ROUND):
+            for first in range(0, FEW if rules else 0, ROUND):
                 samples = slice(first, first + ROUND)
-                for rules, evaluate in stages:
-                    live = part[is_met[part].mean(axis=1) >= min(best, self.spec.confidence)]
-                    deviations = self._select_deviations(numbers[live], samples)
-                    flat = Deviations(*(row.ravel() for row in deviations))
-                    values = evaluate(np.repeat(numbers[live], ROUND), flat)
-                    for c in rules:
-                        is_met[live, samples] &= c.is_met(values[c.name]).reshape(-1, ROUND)
+                live = part[is_met[part].mean(axis=1) >= min(best, self.spec.confidence)]
+                films = self.kernel.grid.digits(numbers[live])[0]
+                flat = Deviations(*(rows[films, samples].ravel() for rows in self.deviations))
+                rows = self.kernel.stops(np.repeat(numbers[live], ROUND), flat)
+                for c in rules:
+                    values = rows[STOP_MERITS.index(c.name)].reshape(-1, ROUND)
+                    is_met[live, samples] &= c.is_met(values)
             best = max(best, float(is_met[part].mean(axis=1).max()))
         return np.asarray(is_met.mean(axis=1))
 
-    def _check_merits(self, is_met: npt.NDArray[np.bool_], numbers: Numbers, part: Numbers) -> None:
-        """Change `is_met` (n, FEW) of a part of the designs by the merits of the kernel."""
-        rules = self._list_constraints(self.kernel.names)
-        evaluation, films = self.kernel.evaluation, self.kernel.grid.digits(numbers[part])[0]
-        for film in np.unique(films) if rules else ():
-            members = part[films == film]
+    def _check_merits(self, numbers: Numbers, film: int) -> npt.NDArray[np.bool_]:
+        """Return whether designs with a film meet the constraints, except of the stop, (n, FEW)."""
+        is_met = np.ones((len(numbers), FEW), bool)
+        evaluation, deviations = self.kernel.evaluation, [row[film] for row in self.deviations]
+        if rules := self._list_constraints(self.kernel.names):
             meets = _meet_all(
-                self.kernel.grid.point(pad(numbers[members])[:, None]),
+                self.kernel.grid.point(pad(numbers)[:, None]),
                 evaluation.base,
                 evaluation.stick_slip,
-                Deviations(*(table[film] for table in self.deviations)),
+                Deviations(*deviations),
                 [c.limit for c in rules],
                 names=tuple((c.name, c.most) for c in rules),
             )
-            is_met[members] &= np.asarray(meets)[: len(members)]
+            is_met &= np.asarray(meets)[: len(numbers)]
+        # the amounts of a drawing do not depend on friction
+        if rules := self._list_constraints(("buildable",)):
+            columns = Deviations(*(row[:, None] for row in deviations))
+            margins = self.kernel.drawn_merits(numbers, columns)["buildable"].T
+            is_met &= functools.reduce(operator.and_, (c.is_met(margins) for c in rules))
+        return is_met
 
     def _list_constraints(self, names: Sequence[str]) -> list[Constraint]:
         return [c for c in self.spec.constraints if c.name in names]
-
-    def _select_deviations(self, numbers: Numbers, samples: slice) -> Deviations:
-        """Return some deviations of each design, (n, samples)."""
-        films = self.kernel.grid.digits(numbers)[0]
-        return Deviations(*(table[films, samples] for table in self.deviations))
-
-    def _compute_stops(self, numbers: Numbers, deviations: Deviations) -> dict[str, Array]:
-        return dict(zip(STOP_MERITS, self.kernel.stops(numbers, deviations), strict=True))
 
 
 @compiled(static=("names",))

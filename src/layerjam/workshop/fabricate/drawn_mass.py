@@ -40,18 +40,19 @@ class Draws:
     casting: Casting = Casting()
 
     def __call__(self, brake: Brake, force: Any) -> Bill:
-        """Return the bills of brakes whose sheets are arrays, at their maximum forces [N].
+        """Return the bills of brakes whose sheets are arrays (n,), at their maximum forces [N].
 
-        The list of prisms depends on the numbers of screws and mould bolts, so brakes with the same
-        numbers are drawn together.
+        Forces and kinetic friction may have a first axis for samples of each brake. The list of
+        prisms depends on the numbers of screws and mould bolts, so brakes with the same numbers are
+        drawn together.
         """
         sizes = compute_lengths(brake, self.build)
         has_limit = ~np.isnan(np.asarray(brake.film.strength, float))
-        columns = np.broadcast_arrays(sizes.screws, sizes.mould.bolts, has_limit, force)[:3]
-        counts = np.array(columns, int)
+        columns = (sizes.screws, sizes.mould.bolts, has_limit)
+        counts = np.array([np.broadcast_to(row, force.shape[-1]) for row in columns], int)
         shape = counts.max(axis=1) + 1
         keys = np.ravel_multi_index(tuple(counts), tuple(shape))
-        bill = np.full((len(Bill._fields), len(keys)), np.nan)
+        bill = np.full((len(Bill._fields), *force.shape), np.nan)
         for key in np.unique(keys):
             screws, bolts, is_strong = np.unravel_index(key, tuple(shape))
             place = np.flatnonzero(keys == key)
@@ -62,8 +63,8 @@ class Draws:
             if not is_strong:
                 brakes = evolve(brakes, film=evolve(brakes.film, strength=None))
             with np.errstate(invalid="ignore"):
-                rows = np.broadcast_arrays(*self._compute_bill(brakes, group, force[place]))
-            bill[:, place] = rows
+                rows = np.broadcast_arrays(*self._compute_bill(brakes, group, force[..., place]))
+            bill[..., place] = rows
         return Bill(*bill)
 
     def _compute_bill(self, brake: Brake, sizes: Lengths, force: Any) -> Bill:
@@ -126,7 +127,7 @@ class Draws:
 
 
 def _select_rows(place: Any, row: Any) -> Any:
-    return row[place]
+    return row[..., place]
 
 
 def drawn_mass(file: BrakeFile) -> float | None:
