@@ -28,11 +28,8 @@ SHEETS = (
     "free_right",
     "usable_travel",
 )
-FILM = ("density", "kinetic", "strength")
+FILM = ("density", "strength")
 """Quantities of sheets and film on which the drawn parts and their checks depend."""
-KINETIC = len(SHEETS) + FILM.index("kinetic")
-FORCE = len(SHEETS) + len(FILM) + 1
-"""Rows of `_bill_columns`."""
 
 
 class Bill(NamedTuple):
@@ -64,17 +61,21 @@ class Draw(Protocol):
 
 
 @compiled
-def _bill_columns(point: Point, base: Brake, deviations: Deviations | None) -> Any:
-    """Return one row per quantity in SHEETS and FILM, with one column per design, and four more.
+def _bill_columns(point: Point, base: Brake, deviations: Deviations | None) -> tuple[Any, Any]:
+    """Return one row per quantity in SHEETS and FILM and three more, and the loads, (2, ...).
 
-    The four are the wall thickness, the maximum force of one brake at the site's full vacuum, the
-    number of brakes in the design, and whether the design can be built.
+    The three are the wall thickness, the number of brakes in the design, and whether the design can
+    be built. The loads, which alone have deviations, are the kinetic friction and the maximum force
+    of one brake at the site's full vacuum.
     """
-    brake = change_numbers(make_brake(point, base), deviations)
+    plain_brake = make_brake(point, base)
+    brake = change_numbers(plain_brake, deviations)
     rows = [getattr(brake.sheets, name) for name in SHEETS]
     rows += [getattr(brake.film, name) for name in FILM]
-    rows += [brake.enclosure.wall, greatest_force(brake), point.series * point.parallel]
-    return xp.stack(xp.broadcast_arrays(*rows, is_buildable(point, brake)))
+    rows += [brake.enclosure.wall, point.series * point.parallel]
+    geometry = xp.broadcast_arrays(*rows, is_buildable(point, plain_brake))
+    loads = xp.broadcast_arrays(brake.film.kinetic, greatest_force(brake))
+    return xp.stack(geometry), xp.stack(loads)
 
 
 def drawn_merits(
@@ -85,12 +86,14 @@ def drawn_merits(
     A design has `series` times `parallel` brakes, cast in one mould. The row may be longer, because
     each length is compiled separately. With deviations (samples, 1), the shape is (samples, count).
     """
-    table = np.asarray(_bill_columns(point, base, deviations))[..., :count]
-    # deviations change only the friction and the force
-    first = table if table.ndim == 2 else table[:, 0]
-    valid = first[-1] > 0
-    *sheets, density, _, strength, wall, _, brakes = first[:-1, valid]
-    kinetic, force = (table[row][..., valid] for row in (KINETIC, FORCE))
+    geometry, loads = map(np.asarray, _bill_columns(point, base, deviations))
+    geometry = np.broadcast_to(
+        geometry.reshape(len(geometry), -1).T, (loads.shape[-1], len(geometry))
+    )
+    geometry, loads = geometry[:count].T, loads[..., :count]
+    valid = geometry[-1] > 0
+    *sheets, density, strength, wall, brakes = geometry[:-1, valid]
+    kinetic, force = loads[..., valid]
     designs = evolve(
         base,
         sheets=evolve(base.sheets, **dict(zip(SHEETS, sheets, strict=True))),
@@ -98,7 +101,7 @@ def drawn_merits(
         enclosure=evolve(base.enclosure, wall=wall),
         weighed_mass=None,
     )
-    merits = np.full((len(DRAWN_MERITS), *table.shape[1:]), np.nan)
+    merits = np.full((len(DRAWN_MERITS), *loads.shape[1:]), np.nan)
     if valid.any():
         bill = draw(designs, force)
         volume = bill.printed * brakes + bill.tools
