@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -10,12 +11,18 @@ import pytest
 import layerjam as lj
 from counts import cases
 from layerjam.brake.device.load import load
+from layerjam.brake.mechanics.limits import greatest_force
+from layerjam.brake.simulate.prediction import Deviations, change_numbers
 from layerjam.core.errors import FileError, LayerjamError
+from layerjam.core.evolve import evolve
 from layerjam.workshop.commands.build import judge_build
 from layerjam.workshop.commands.design import brake_of
 from layerjam.workshop.design.few_numbers import hold, stop
+from layerjam.workshop.design.grid import Kernel
+from layerjam.workshop.design.merit import is_buildable, make_brake
 from layerjam.workshop.design.request import DesignRequest
 from layerjam.workshop.design.requirements import BUILDABLE
+from layerjam.workshop.design.search import Search
 from layerjam.workshop.design.specification import make_specification, read_spec
 
 TINY = """
@@ -156,3 +163,44 @@ def test_the_request_whose_proposals_were_refused() -> None:
         file = brake_of(made, number)
         found = judge_build(file)
         assert found.feasible and found.mass <= 0.025 * (1 + 1e-9)
+
+
+def row_of_one(record):
+    """Return a record whose numbers are arrays of one item."""
+    values = {f.name: getattr(record, f.name) for f in dataclasses.fields(record)}
+    numbers = {k: np.array([float(v)]) for k, v in values.items() if isinstance(v, float | int)
+               or (isinstance(v, np.ndarray | np.generic) and np.ndim(v) == 0)}  # fmt: skip
+    return evolve(record, **numbers)
+
+
+def test_samples_of_a_drawing_are_those_of_brakes_drawn_one_by_one() -> None:
+    """With plastic of 12 MPa, some brakes of a design are refused, by their friction."""
+    from layerjam.workshop.commands.design import _read_spec
+
+    spec = evolve(read_spec(MIXED, "mixed"), confidence=0.9)
+    look = Search(_read_spec(spec, {}))
+    evaluation, numbers = look.spec.evaluation, np.arange(look.spec.grid.size)
+    evaluation = evolve(
+        evaluation,
+        draw=evolve(evaluation.draw, build=evolve(evaluation.draw.build, print_strength=12e6)),
+    )
+    kernel = Kernel(look.spec.grid, evaluation)
+    samples = Deviations(*(row[0, :8, None] for row in look.samples.deviations))
+    rows = kernel.drawn_merits(numbers, samples)["buildable"]
+    drawn, differ = 0, 0
+    for number in numbers[::37]:
+        point = look.spec.grid.point(number)
+        for sample, margin in enumerate(rows[:, number]):
+            logs = Deviations(*(float(row[sample, 0]) for row in samples))
+            brake = change_numbers(make_brake(point, evaluation.base), logs)
+            if not is_buildable(point, brake):
+                assert math.isnan(margin)
+                continue
+            alone = evolve(brake, sheets=row_of_one(brake.sheets), film=row_of_one(brake.film))
+            wall = np.array([brake.enclosure.wall])
+            alone = evolve(alone, enclosure=evolve(brake.enclosure, wall=wall), weighed_mass=None)
+            bill = evaluation.draw(alone, np.array([greatest_force(brake)]))
+            assert margin == pytest.approx(bill.margin[0], rel=1e-9, nan_ok=True)
+            drawn += 1
+        differ += np.ptp(rows[:, number]) > 1e-3
+    assert drawn > 100 and differ > 5
