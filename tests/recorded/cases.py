@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -228,13 +230,23 @@ def list_part_numbers(drawing: Any) -> dict[str, float | str]:
     """Return the numbers of the files for cutting, printing and CAD, and the sizes of the parts."""
     made: dict[str, float | str] = {}
     for name, content in make_files(drawing, with_step=True, coupons=True).items():
-        if isinstance(content, str):
-            made |= sums_said([content], name)
+        if not name.endswith(".stl"):  # the corners of the meshes tell as much
+            made |= sums_said([read_text(name, content)], name)
     for part in drawing.parts:
         mesh = make_mesh(part.solid)
         made |= sums(np.sort(mesh.corners, axis=0).ravel().tolist(), f"{part.name}.corners")
         made[f"{part.name}.volume"] = mesh.volume
     return made
+
+
+def read_text(name: str, content: str | bytes) -> str:
+    """Return the text of a file of a build."""
+    if isinstance(content, str):
+        return content
+    if name.endswith(".3mf"):
+        with zipfile.ZipFile(io.BytesIO(content)) as package:
+            return package.read("3D/3dmodel.model").decode()
+    return content.decode()
 
 
 def flatten(value: Any, path: str = "") -> dict[str, float | str]:
