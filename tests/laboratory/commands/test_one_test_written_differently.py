@@ -29,7 +29,7 @@ UNITS = {
     "extension (mm)": ("extension (um)", 1e3),
     "load (N)": ("load (kN)", 1e-3),
 }
-OWN = ("resolution", "quantum", "file ", "decimal", "columns", "units")
+OWN = ("resolution", "quantum", "file ", "decimal", "columns", "units", "said.", "printed.")
 """Parts of keys whose values tell how a file is written."""
 
 
