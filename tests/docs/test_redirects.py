@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,21 +20,22 @@ redirects = script(DOCS / "redirects.py")
 
 
 @cache
-def _settings() -> str:
+def settings() -> dict[str, Any]:
     """mkdocs.yml without its Python tags, which only mkdocs reads."""
-    return re.sub(r"!!python/\S+", "", (ROOT / "mkdocs.yml").read_text("utf-8"))
+    text = re.sub(r"!!python/\S+", "", (ROOT / "mkdocs.yml").read_text("utf-8"))
+    found: dict[str, Any] = yaml.safe_load(text)
+    return found
 
 
-@cache
 def moved() -> dict[str, str]:
     """The new page and section of each page that was merged into another."""
-    table: dict[str, str] = yaml.safe_load(_settings())["extra"]["moved"]
+    table: dict[str, str] = settings()["extra"]["moved"]
     return table
 
 
 def navigation(entry: object = None) -> list[str]:
     """Files of the menu, in its order."""
-    entry = yaml.safe_load(_settings())["nav"] if entry is None else entry
+    entry = settings()["nav"] if entry is None else entry
     if isinstance(entry, str):
         return [entry]
     parts = entry.values() if isinstance(entry, dict) else entry

@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 import sys
 
+import pytest
+
 from docs.words import ROOT, in_notebooks, in_pages, in_source
 
 
+@pytest.mark.slow
 def test_what_users_read_is_free_of_them() -> None:
     found = [*in_pages(), *in_notebooks(), *in_source()]
     assert not found, "\n".join(found)

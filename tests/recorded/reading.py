@@ -17,7 +17,7 @@ from layerjam.laboratory.measure.readers.read import read_trace
 from recorded.counting import find_numbers
 from recorded.laws import totals
 
-VARIANTS, COUNT = 14, 50
+VARIANTS, COUNT = 9, 50
 TIME = 0.04 * np.arange(COUNT)
 TRAVEL = 2e-4 * np.arange(COUNT)
 FORCE = np.minimum(9e4 * TRAVEL, 120 - 1500 * TRAVEL)

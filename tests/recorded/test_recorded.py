@@ -19,7 +19,7 @@ from recorded.record import read_recorded
 LONG = ("calibrate curves", "design", "sweep", "publish", "tensile fan", "build")
 LONG += ("design second", "build chain", "build own", "report", "saw mounted")
 LONG += ("drop falling", "drop rising", "drop leaking", "saw damped")
-LONG += ("drop speed-law", "laws rubber")
+LONG += ("drop speed-law", "laws rubber", "laws marches", "laws rubber that softens")
 MARKS = {**dict.fromkeys(LONG, pytest.mark.slow), "tune speed-law": pytest.mark.campaign}
 """{question: when it is asked, if not by the quick tests}."""
 CLOSE = 1e-6

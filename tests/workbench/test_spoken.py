@@ -41,6 +41,7 @@ def said_in(path):
     return texts
 
 
+@pytest.mark.slow
 def test_every_sentence_of_the_source_loses_its_flags():
     found = 0
     for path in ROOT.rglob("*.py"):

@@ -92,7 +92,7 @@ def out_back_and_out(seed: int, exponent: bool) -> None:
         assert quick.engine == "kernel"
 
 
-@settings(max_examples=12)
+@settings(max_examples=6)
 @given(seeds)
 def test_a_pull_is_the_same_by_kernel_and_law(seed: int) -> None:
     out_back_and_out(seed, exponent=False)

@@ -275,6 +275,7 @@ def test_slip_up_to_where_a_falling_vacuum_turns_is_not_lost(step, most):
     assert not any("relative error" in words for words in record.warnings)
 
 
+@pytest.mark.slow
 def test_the_peak_is_that_of_the_record_where_the_vacuum_rises_after_it():
     """Past the top of the force a later, higher vacuum would have had another top."""
     rising = History(np.array([0.0, 0.1]), np.array([30e3, 94.5e3]))

@@ -85,7 +85,7 @@ NUMBERS = st.recursive(
 )
 
 
-@settings(max_examples=25)
+@settings(max_examples=10)
 @given(NUMBERS)
 def test_nothing_differs_from_itself(value: Any) -> None:
     again = json.loads(json.dumps(value))

@@ -138,6 +138,7 @@ def test_no_vacuum_has_no_peak_and_equal_brakes_share() -> None:
     np.testing.assert_allclose(made.slips[:, 0], made.slips[:, 1], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_long_chain_snaps_where_the_rest_is_softer_than_the_fall() -> None:
     """U = sum of slips + F N/k rises while N |F'| < k; the fall is steepest at its end."""
     fall = float(brake_force(TRAVEL - 1e-6, P, KAPTON) - brake_force(TRAVEL, P, KAPTON)) / 1e-6
