@@ -152,9 +152,10 @@ def mutate_python(file: str, source: str) -> Iterator[Mutant]:
 def mutate_c(file: str, source: str) -> Iterator[Mutant]:
     raw = source.encode()
     for token in IN_C.finditer(raw):
-        if token.lastgroup is None:
-            continue
         old = token.group().decode()
+        is_filler = old == "1.0" and raw[: token.start()].endswith(b": LJ(")
+        if token.lastgroup is None or is_filler:
+            continue
         line = raw.count(b"\n", 0, token.start()) + 1
         new = {"minus": " ", "number": f"({old} + 1)"}.get(token.lastgroup, SWAP_IN_C.get(old))
         if new is not None:

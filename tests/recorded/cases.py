@@ -36,7 +36,7 @@ from recorded.questions import (
     Y,
     ask,
 )
-from recorded.reading import list_read_numbers
+from recorded.reading import list_log_numbers, list_read_numbers
 
 
 def brake_questions() -> dict[str, Question]:
@@ -198,7 +198,7 @@ def answer(question: Question) -> dict[str, float | str]:
     if name == "constants":
         return list_module_numbers()
     if name == "reading":
-        return list_read_numbers(Path.cwd())
+        return list_read_numbers(Path.cwd()) | list_log_numbers(Path.cwd())
     if name == "drawn parts":
         return list_part_numbers(judge_build(*subjects, **options).record)
     command = lj

@@ -16,8 +16,8 @@ from recorded.cases import QUESTIONS, answer
 from recorded.files import write_files
 from recorded.record import read_recorded
 
-LONG = ("calibrate curves", "design", "sweep", "publish", "tensile fan", "build")
-LONG += ("design second", "build chain", "build own", "report", "saw mounted")
+LONG = ("calibrate curves", "publish", "tensile fan", "build")
+LONG += ("build chain", "build own", "report", "saw mounted")
 LONG += ("drop falling", "drop rising", "drop leaking", "saw damped")
 LONG += ("drop speed-law", "laws rubber", "laws marches", "laws rubber that softens")
 MARKS = {**dict.fromkeys(LONG, pytest.mark.slow), "tune speed-law": pytest.mark.campaign}
