@@ -165,6 +165,18 @@ def test_what_a_pressure_counts_from_is_read_or_unknown(name, unit, kind):
     assert find_reference(Column("pressure", 0, name, unit, Fraction(1))) == kind
 
 
+@pytest.mark.parametrize(
+    ("cell", "kind"),
+    [("Pressure_kPa_abs", "absolute"), ("Druck_kPa abs", "absolute"), ("p, kPa gauge", "gauge"),
+     ("Pressure / kPa rel", "gauge"), ("p_kPa", None), ("chamber_abs_kPa", "absolute")],
+)  # fmt: skip
+def test_the_reference_may_follow_the_unit_in_one_cell(tmp_path, cell, kind):
+    path = write(tmp_path, f'"t_s";"{cell}"\n0;90\n1;80\n2;70\n')
+    log = read_log(path, (TIME, PRESSURE))
+    np.testing.assert_allclose(log["pressure"], [90e3, 80e3, 70e3])
+    assert find_reference(log.taken["pressure"]) == kind
+
+
 def test_the_name_given_by_the_user_says_nothing_of_the_kind():
     assert find_reference(Column("pressure", 0, "vacuum", "bar", Fraction(1), given=True)) is None
 

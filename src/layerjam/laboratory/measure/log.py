@@ -47,6 +47,12 @@ _HEAD_LINES = 200
 _OWN_NAMES = ("Pa", "m/s^2")
 """SI units of quantities whose column may be named by its unit alone, such as `hPa`."""
 _TWO_POINTS = re.compile(rb"(?<![\w.,])[+-]?\d{1,3}(?:\.\d{3}){1,4}\.\d{1,9}(?![\d.,])")
+_NAME_UNIT = re.compile(
+    r"(.+?)(?:\s*/\s*|\s+in\s+|_|\s*[,:]\s*)"
+    r"([^/_,:\s]{1,12}(?:[ _](?:abs|absolute|gauge|rel|relative))?)",
+    re.IGNORECASE,
+)
+"""Name and unit in one cell; the unit of a pressure may be followed by its reference."""
 
 TIME = Want("time", "s", r"\b(time|zeit|temps|tiempo|tempo|t|elapsed)\b|zeit\b", ("s", "ms"))
 PRESSURE = Want(
@@ -204,7 +210,7 @@ def _find_largest_table(
 
 
 def _split_units(header: Header, wants: Sequence[Want]) -> Header:
-    """Return the header, with units split off names: 'Druck / kPa', 'p_bar', 'p [kPa(g)]'."""
+    """Return the header, with units split off names: 'Druck / kPa', 'p_bar_abs', 'p [kPa(g)]'."""
     names, units = zip(*(_split_name_unit(n, u, wants) for n, u in header.columns), strict=True)
     return replace(header, names=names, units=units)
 
@@ -217,9 +223,10 @@ def _split_name_unit(name: str, unit: str | None, wants: Sequence[Want]) -> tupl
     match = re.fullmatch(r"(.+?)\s*\[([^\[\]]{1,20})\]", name.strip())
     if match and any(convert_unit(match[2], w.si) for w in wants):
         return match[1], match[2]
-    match = re.fullmatch(r"(.+?)(?:\s*/\s*|\s+in\s+|_|\s*[,:]\s*)([^/_,:\s]{1,12})", name.strip())
-    if match and any(convert_unit(match[2], w.si) for w in wants if w.si != "1"):
-        return match[1].strip(), match[2]
+    match = _NAME_UNIT.fullmatch(name.strip())
+    unit = match[2].replace("_", " ") if match else ""
+    if match and any(convert_unit(unit, w.si) for w in wants if w.si != "1"):
+        return match[1].strip(), unit
     return name, None
 
 
