@@ -164,13 +164,18 @@ def test_events_have_the_names_that_jax_gives_them() -> None:
     assert compilation.COMPILED in seen
 
 
-def sums_of_sines(x):
-    return jax.lax.fori_loop(0, 9, lambda turn, total: total + jax.numpy.sin(turn * x), 0.0 * x)
+def sums_of_sines():
+    """Return a function that is new each time, because JAX keeps the code of one that it knows."""
+
+    def sums(x):
+        return jax.lax.fori_loop(0, 9, lambda turn, total: total + jax.numpy.sin(turn * x), 0.0 * x)
+
+    return sums
 
 
 def test_few_and_many_numbers_are_computed_alike() -> None:
     """They are compiled by different options; the program for few is not used for many."""
-    program = tracing.Program(sums_of_sines)
+    program = tracing.Program(sums_of_sines())
     many = np.linspace(0.0, 3.0, tracing.FEW + 1)
     each = [program(False, number) for number in many[::50]]
     assert program(False, many)[::50] == pytest.approx(each, rel=1e-12)
@@ -180,7 +185,7 @@ def test_few_and_many_numbers_are_computed_alike() -> None:
 
 def test_a_jax_without_the_option_compiles_as_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tracing, "_UNFUSED", {"xla_no_such_option": False})
-    program = tracing.Program(sums_of_sines)
+    program = tracing.Program(sums_of_sines())
     assert [program(False, x) for x in (0.0, 0.5)] == pytest.approx(
         [0.0, np.sin(0.5 * np.arange(9)).sum()], rel=1e-12
     )
