@@ -179,8 +179,8 @@ class Samples:
     def find_probabilities(self, numbers: Numbers) -> Array:
         """Return the probability that each design meets all constraints.
 
-        Stops and drawings are computed for designs that may reach the confidence or be the surest;
-        the probability of the others is an upper bound.
+        Stops are computed for designs that may reach the confidence or be the surest; the
+        probability of the others is an upper bound.
         """
         is_met = np.ones((len(numbers), FEW), bool)
         for part in _split(np.arange(len(numbers)), SAMPLED_PIECE):
