@@ -14,7 +14,7 @@ from layerjam.brake.simulate import prediction
 from layerjam.core.evolve import evolve
 from layerjam.workshop.design import search
 from layerjam.workshop.design.robust import assess
-from workshop.design.test_design import SMALL, read
+from workshop.design.test_design import LIGHT, SMALL, read
 
 
 def chances_of(asked, **at):
@@ -132,3 +132,25 @@ def test_probabilities_left_out_change_no_highlight(monkeypatch, hold, confidenc
         assert {*run.numbers[picks.best]} == due
     else:
         assert chance[run.numbers[picks.surest]] == max(chance.values()) < confidence
+
+
+def test_a_design_without_a_score_hides_no_other_of_its_family(monkeypatch):
+    """An objective of zero has no logarithm, and such a design is not chosen."""
+    monkeypatch.setattr(search, "FIRST_LOOK", 1)
+    look = search.Search(evolve(read(LIGHT), confidence=0.5))
+    run = look.run_chunk(0, look.spec.grid.size)
+    every = np.arange(look.spec.grid.size)
+    family = look.families(every)
+    # the best of another family than that of the front, whose probability is always computed
+    picks = look.find_highlights(run)
+    highlighted = run.numbers[picks.best]
+    best = int(highlighted[family[highlighted] != family[highlighted[0]]][0])
+    values = dict(zip(look.spec.merits, look.kernel.all_merits(every), strict=False))
+    quantities = np.stack([values[name] for name in look.wanted])
+    fits = look.check_constraints(quantities).all(axis=0)
+    chance = look.samples.find_probabilities(every)
+    is_sure = fits & (chance >= 0.5 + search.SURER / 64)
+    (others,) = np.nonzero(is_sure & (family == family[best]) & (every != best))
+    quantities[look.wanted.index("mass"), others[0]] = 0.0
+    found = look._find_chances(look.samples, every, quantities, fits)
+    assert found[best] >= 0.5

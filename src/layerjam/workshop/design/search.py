@@ -137,9 +137,11 @@ class Search:
         quantities = np.stack([self.quantity(name, values, numbers) for name in self.wanted])
         meets = self.check_constraints(quantities)
         fits = np.asarray(meets.all(axis=0))
-        chance = np.full(len(numbers), math.nan)
-        if self.samples is not None:
-            chance = self._find_chances(self.samples, numbers, quantities, fits)
+        chance = (
+            np.full(len(numbers), math.nan)
+            if self.samples is None
+            else self._find_chances(self.samples, numbers, quantities, fits)
+        )
         is_finite = np.isfinite(values)
         run = SweepResult(
             examined=count,
@@ -172,7 +174,8 @@ class Search:
             part, order, size = order[:size], order[size:], 4 * size
             unknown = part[np.isnan(chance[part])]
             chance[unknown] = samples.find_probabilities(numbers[unknown])
-            sure = chance[part] >= self._share(SURER - 1)
+            # a design without a finite score is not chosen, so it settles no family
+            sure = (chance[part] >= self._share(SURER - 1)) & np.isfinite(scores[part])
             sure_families |= {*family[part[sure]].tolist()}
             order = order[~np.isin(family[order], [*sure_families])]
         return chance
