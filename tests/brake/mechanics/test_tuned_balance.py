@@ -74,3 +74,19 @@ def test_the_whole_travel_can_be_tuned_as_well_as_all_but_a_ten_millionth(family
         assert (stops.outcome[solved] == STOPPED).all()
         assert stops.slip[solved] == pytest.approx(travel[solved], rel=1e-6)
     assert solved.any()
+
+
+@pytest.mark.slow
+def test_the_whole_travel_can_be_tuned_with_a_speed_law():
+    """Near the mass that friction only just holds, the slip is most sensitive to the vacuum."""
+    brakes = FAMILIES["speed law"](5)
+    count = len(brakes.sheets.count)
+    mass, speed = np.linspace(0.3, 2.0, count), np.full(count, 1.5)
+    travel = brakes.sheets.usable_travel
+    vacuum = tuned_stop(mass, speed, travel, 2e4, 9.81, brakes)
+    solved = np.isfinite(vacuum)
+    assert solved.sum() >= 5
+    spring = rope_spring(2e4, brakes) + 0.0 * mass
+    stops = stop(mass, speed, np.where(solved, vacuum, 1e4), spring, 9.81, brakes)
+    assert (stops.outcome[solved] == STOPPED).all()
+    assert stops.slip[solved] == pytest.approx(travel[solved], rel=2.1e-6)
