@@ -1047,6 +1047,7 @@ def drop(
     atmosphere: float | str | _HasUnit | None = ...,
     film: str | None = ...,
     interval: Literal["next", "mean"] = ...,
+    has_intervals: bool = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _StopResult:
     """Stop a falling mass with the brake, at a vacuum or at "tuned" for a travel (slip).

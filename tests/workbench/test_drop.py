@@ -15,11 +15,13 @@ from layerjam.core.command.declare import load_command
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.drop import KEYS, NO_ROPE, Drop
+from layerjam.workbench.pages.drop import KEYS, NO_ROPE, Drop, Drops
 from layerjam.workbench.pages.drop_outcome import (
+    FOLLOWS,
     SLOW,
     describe_drop,
     drop_tables,
+    headlines,
     list_notes,
     slow_motion_factor,
     time_series,
@@ -47,6 +49,32 @@ def test_the_page_asks_what_the_verbs_answer():
     assert drops["tuned"].result.values == own.values
     assert drops["none"].result.values == drop(KAPTON, **CASE, no_brake=True).values
     assert tuned.result.values == tune(KAPTON, **CASE, travel="40 mm").values
+
+
+@pytest.mark.parametrize(
+    "settings", [{}, {"shown": "full"}, {"on_rope": "none"}, {"shown": "none"}, {"speed": 5.0}]
+)
+def test_a_move_shows_the_same_numbers_first_and_their_intervals_at_rest(settings):
+    part = page_of(**settings).begin()
+    first = part.content
+    view, answers, tuning, pins = part.finish()
+    whole = Drops({}, view, answers, tuning, pins, first.runner)
+    assert first.chart_mode == whole.chart_mode
+    before, after = first.chart_stop, whole.chart_stop
+    assert {**before.values, "intervals": None} == {**after.values, "intervals": None}
+    assert time_series(before.record) == time_series(after.record)
+    assert not getattr(before, "intervals", None)
+    assert bool(after.intervals) == (whole.chart_mode != "none")
+    assert (before.basis, before.basis_reason) == (after.basis, after.basis_reason)
+    # a vacuum that stops nothing is explained at length once the sliders rest
+    assert whole.continues(first) == (settings.get("speed") != 5.0)
+    texts = [
+        {hero.key: hero.text for hero in headlines(drops.chart_stop, drops.chart_tuning)}
+        for drops in (first, whole)
+    ]
+    if whole.chart_tuning is not None:
+        assert texts[0].pop("hero-safe") == FOLLOWS != texts[1].pop("hero-safe")
+    assert texts[0] == texts[1]
 
 
 def test_a_link_brings_the_drop_back():
@@ -101,6 +129,7 @@ def test_what_happened_in_words(settings, words):
 def test_what_the_fold_more_holds_reaches_the_command(tmp_path):
     page = page_of(rope_damping="20 N s/m", duration="0.2 s", accelerometer="adxl193", seed="x")
     names = {p.name for p in page.more.inputs} | set(KEYS) | {"brake", "progress"}
+    names.add("has_intervals")  # for the page itself
     assert names == {p.name for p in load_command("drop").parameters}
     file = tmp_path / "made-up.csv"
     file.write_text("time [s],vacuum [kPa]\n" + "".join(f"{i / 100},60\n" for i in range(200)))

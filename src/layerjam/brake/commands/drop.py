@@ -37,7 +37,7 @@ from layerjam.brake.simulate.record import DropRecord, Outcome
 from layerjam.brake.simulate.rope_alone import BareDrop
 from layerjam.brake.simulate.tuned import tuning_vacuum
 from layerjam.brake.simulate.vacuum_history import History
-from layerjam.core.command.declare import Help, Progress, command
+from layerjam.core.command.declare import Help, Progress, PythonOnly, command
 from layerjam.core.command.log_options import LogOptions
 from layerjam.core.command.predicted import PredictionResult
 from layerjam.core.command.results import fact, number, result
@@ -150,6 +150,7 @@ def drop(
     atmosphere: Atmosphere = None,
     film: OtherFilm = None,
     interval: Interval = "next",
+    has_intervals: Annotated[bool, PythonOnly("Whether to compute intervals.")] = True,
     progress: Progress | None = None,
 ) -> Stop:
     """Stop a falling mass with the brake, at a vacuum or at "tuned" for a travel (slip).
@@ -173,25 +174,24 @@ def drop(
     brake = apply_share(brake, vacuum_share)
     if no_brake:
         return observed(_drop_without_brake(case, damping, site.gravity), sensing, accept=accept)
-    pressure: float | History
+    pressure: float | History | None
     if vacuum_history is not None:
         pressure = _read_history(vacuum_history, site.atmosphere, log)
     elif travel is not None:
-        level = tuning_vacuum(tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal))
-        if level is None:
+        to_tune = tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal)
+        if (pressure := tuning_vacuum(to_tune)) is None:
             return failed_run(tune(brake, travel=travel, horizontal=horizontal, **numbers), arrives)
-        pressure = level
     else:
         pressure = check_vacuum(vacuum, brake.brake)
     at_start = None
     if leak_time is not None and not isinstance(pressure, History):
         pressure = History.leaking(pressure, leak_time, site.atmosphere, held or 0.0)
         at_start = float(pressure.interpolate(0.0))
-    stop = _stop_with_brake(brake, case, pressure, damping, duration, travel, interval, progress)
+    kind = interval if has_intervals else None
+    stop = _stop_with_brake(brake, case, pressure, damping, duration, travel, kind, progress)
     stop = stop.with_notices(*list_rope_notices(brake, rope_stiffness))
-    if leaks := at_start is not None:
-        stop = evolve(stop, vacuum=at_start)
-    stop = observed(stop, sensing, warmth, accept)
+    leaks = at_start is not None
+    stop = observed(evolve(stop, vacuum=at_start) if leaks else stop, sensing, warmth, accept)
     return _add_neglect_notices(bool(damping), leaks, stop, travel) if travel is not None else stop
 
 
@@ -230,10 +230,10 @@ def _stop_with_brake(
     damping: float,
     end_time: float | None,
     travel: float | None,
-    interval: str,
+    interval: str | None,
     progress: Progress | None,
 ) -> Stop:
-    """Return the stop of a mass by a brake."""
+    """Return the stop of a mass by a brake, without intervals if `interval` is None."""
     from layerjam.brake.mechanics.pull import least_stiffness
     from layerjam.brake.mechanics.speed_effects import depends_on_speed
     from layerjam.brake.simulate.stop import simulate_stop
@@ -252,7 +252,7 @@ def _stop_with_brake(
         progress=report_progress,
     )
     g = brake.brake.site.gravity
-    spread = spread_stop(brake, end, record, interval == "mean")
+    spread = spread_stop(brake, end, record, interval == "mean", sampled=interval is not None)
     ways = (record.mass, record.gravity, g)
     numbers: dict[str, Any] = {
         **spread.state(lambda force: _peak_results(force, *ways)),

@@ -80,8 +80,10 @@ class StopSpread(NamedTuple):
         return notices
 
 
-def spread_stop(file: BrakeFile, end: TimedStop, record: DropRecord, of_mean: bool) -> StopSpread:
-    """Return the scatter of a stop with this end and record.
+def spread_stop(
+    file: BrakeFile, end: TimedStop, record: DropRecord, of_mean: bool, *, sampled: bool = True
+) -> StopSpread:
+    """Return the scatter of a stop with this end and record, or only its basis if not `sampled`.
 
     The samples have slip, peak force, end speed, dissipated energy and stopping time. They are
     unknown if the stop snaps or is not over at the end of the record.
@@ -90,7 +92,7 @@ def spread_stop(file: BrakeFile, end: TimedStop, record: DropRecord, of_mean: bo
     vacuum = _weigh_vacuum(record) if changes else record.vacuum
     linear = make_linear(file.brake, record.speed)
     prediction = Prediction(file, vacuum, end.slip, record.speed, device=linear, of_mean=of_mean)
-    if end.outcome not in ENDED:
+    if end.outcome not in ENDED or not sampled:
         return StopSpread(prediction, {})
     case = StopCase(record.mass, record.speed, vacuum, record.rope_stiffness, record.gravity)
     if changes or record.rope_damping or linear != file.brake:

@@ -28,9 +28,11 @@ from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.drop_outcome import (
     GOOD,
     MODES,
+    SAFE,
     SLOW,
     Advice,
     Animation,
+    await_intervals,
     describe_drop,
     drop_chart,
     drop_tables,
@@ -75,8 +77,6 @@ SLOWLY = Choice(
     "auto",
     label="Slow motion",
 )
-SAFE = 0.95
-"""Share of stops that a safe vacuum keeps within the travel, unless another is chosen."""
 NO_ROPE = "there is neither a rope nor a brake, so nothing holds the mass"
 KEYS = ("mass", "speed", "height", "vacuum", "travel", "rope_stiffness", "no_brake", "horizontal")
 """Inputs of `drop` that have a control on the page; the "More" panel has the others."""
@@ -99,8 +99,8 @@ class Drop(Page):
         super().__init__(desk)
         self.more = OtherInputs(self, "drop", KEYS)
         self.all_numbers = ""
-        self._part: Answer | None = None
-        """Answer of the part of a result that is drawn already."""
+        self._part: Drops | None = None
+        """The part of a result that is drawn already."""
         self.panel = Panel(desk, self.name)
 
     def controls(self) -> Mapping[str, Control]:
@@ -222,13 +222,12 @@ class Drop(Page):
         return self.begin().finish()
 
     def begin(self) -> Part:
-        """Return the drop that is shown; the others of the table, and ways to stop it, follow."""
+        """Return the drop that is shown; intervals and the others of the table follow."""
         calls = self.table_calls()
         view = "history" if "history" in calls else self.word(SHOWN)
-        searches = ("safety",) if view == "tuned" else ()
-        tuning = try_call(self._tuning_call(calls["tuned"]), searches=searches)
+        tuning = try_call(self._tuning_call(calls["tuned"]), searches=())
         pins = self.panel.pinned_answers(calls.get(view, calls["full"]))
-        first = Drops(calls, view, {}, tuning, pins, self.runner)
+        first = Drops(calls, view, {}, tuning, pins, self.runner, has_intervals=False)
         first.compute(view)
         first.compute(first.chart_mode)
         return Part(first, partial(self._finish, first))
@@ -237,9 +236,7 @@ class Drop(Page):
         # the page shows no speeds, so only its first result has those that the command prints
         searches = SEARCHES if self.result is None else ("safety", "alternatives")
         tuning = try_call(first.tuning.call, searches=searches)
-        drops = first._replace(answers=dict(first.answers), tuning=tuning)
-        if tuning.result is not None and not tuning.result.feasible:
-            drops.answers.pop("tuned", None)  # its reason has alternatives now
+        drops = first._replace(answers={}, tuning=tuning, has_intervals=True)
         modes = dict.fromkeys((*drops.calls, "none"))
         for mode in modes:
             drops.compute(mode)
@@ -262,14 +259,16 @@ class Drop(Page):
     def draw_part(self, part: "Drops") -> None:
         """Show verdict, stage and charts, which belong to the drop that is shown."""
         self._draw_stop(part)
-        self._part = part.answers[part.view]
+        self._part = part
         self.advice.hide()
 
     def draw(self, result: Any) -> None:
         """Show verdict, stage, charts and table."""
         view, answers, tuning, pins = result
         drops = Drops({}, view, answers, tuning, pins, self.runner)
-        if answers[view] is not self._part:
+        if self._part is not None and drops.continues(self._part):
+            self._draw_numbers(drops)
+        else:
             self._draw_stop(drops)
         self._part = None
         if drops.is_stopped or tuning.result is None:
@@ -281,25 +280,31 @@ class Drop(Page):
         self._fill_numbers()
         self.notes.fill(list_notes(answers, tuning.result))
 
+    def _draw_numbers(self, drops: "Drops") -> None:
+        """Show the headline numbers; what is exported has their intervals too."""
+        stop, tuning = drops.chart_stop, drops.chart_tuning
+        numbers, source = headlines(stop, tuning), stop if tuning is None else tuning.result
+        if not drops.has_intervals:
+            # a drop has its basis already; a rope alone has no intervals
+            numbers = await_intervals(numbers) if getattr(stop, "basis", "") else numbers
+            source = stop
+        self.heroes.fill(numbers, source)
+        self.panel.shown = drops.chart_answer if self.panel.shown else None
+
     def _draw_stop(self, drops: "Drops") -> None:
         view, mode, tuning = drops.view, drops.chart_mode, drops.tuning
-        subject, stop = drops.answers[view], drops.answers[mode].result
+        subject, stop = drops.answers[view], drops.chart_stop
         inputs = subject.call.options
         sentence = describe_drop(subject.result, subject.refusal, inputs)
         if mode != view:
             sentence = f"{sentence} The chart shows full vacuum: {describe_drop(stop, '', inputs)}"
         self.verdict.set_text(sentence)
-        tuning_answer = tuning if mode == "tuned" and tuning.result is not None else None
-        self.heroes.fill(
-            headlines(stop, tuning_answer), stop if tuning_answer is None else tuning_answer.result
-        )
         texts = tuning.call.options
-        record = stop.record if stop is not None else None
         factor = None if self.word(SLOWLY) == "auto" else float(self.word(SLOWLY))
-        data = None if record is None else time_series(record, factor, stop.crash)
+        has_moved = stop is not None and stop.record is not None
+        data = time_series(stop.record, factor, stop.crash) if has_moved else None
         floor = None if tuning.result is None else tuning.result.floor_g
-        title = f"{drops.answers[mode].name}-{mode}"
-        answer, chart = replace(drops.answers[mode], pins=drops.pins, title=title), None
+        answer, chart = drops.chart_answer, None
         if data is not None:
             quiet = {label: pin.result for label, pin in answer.pinned_answers.items()}
             brake: Any = read_device("brake", tuning.call.subjects[0].text)
@@ -309,6 +314,7 @@ class Drop(Page):
             )
             chart = drop_chart(data, floor_force, quiet, self.dark)
         self.panel.draw(answer, chart)
+        self._draw_numbers(drops)
         self.animation.load_series(data)
         self.bound.set_text(bound_sentence(floor, texts))
 
@@ -324,6 +330,32 @@ class Drops(NamedTuple):
     tuning: Answer
     pins: tuple[Pinned, ...]
     runner: Runner
+    has_intervals: bool = True
+
+    def continues(self, part: "Drops") -> bool:
+        """Whether these are the drops of a part, whose chart stays the same."""
+        return (
+            self.view == part.view
+            and self.chart_stop is self.answers[self.view].result
+            and self.answers[self.view].call == part.answers[part.view].call
+        )
+
+    @property
+    def chart_stop(self) -> Any:
+        """Result of the drop in the chart, or None."""
+        return self.answers[self.chart_mode].result
+
+    @property
+    def chart_answer(self) -> Answer:
+        """Answer of the drop in the chart, with the pinned ones."""
+        answer = self.answers[self.chart_mode]
+        return replace(answer, pins=self.pins, title=f"{answer.name}-{self.chart_mode}")
+
+    @property
+    def chart_tuning(self) -> Answer | None:
+        """Tuning of the drop in the chart, None if that is not tuned."""
+        is_tuned = self.chart_mode == "tuned" and self.tuning.result is not None
+        return self.tuning if is_tuned else None
 
     @property
     def chart_mode(self) -> str:
@@ -350,7 +382,8 @@ class Drops(NamedTuple):
             # alternatives take long to find, so they are not searched twice
             answer = Answer(self.calls[mode], failed_run(tuning))
         else:
-            answer = try_call(self.calls[mode], progress=self.runner.report_progress)
+            wants = {"has_intervals": self.has_intervals, "progress": self.runner.report_progress}
+            answer = try_call(self.calls[mode], **wants)
         self.answers[mode] = answer
 
 

@@ -1,7 +1,7 @@
 """Outcome of a drop: sentences, charts, a table of vacuums, and suggestions to apply."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from html import escape
@@ -37,6 +37,10 @@ if TYPE_CHECKING:
 SAMPLES = 160
 """Number of samples of the record that are sent to the browser."""
 SLOW = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
+SAFE = 0.95
+"""Share of stops that a safe vacuum keeps within the travel, unless another is chosen."""
+FOLLOWS = "…"
+"""Text in place of a number that follows once the sliders rest."""
 LASTS = 4.0
 """Minimum duration of an animation with automatic slow motion [s]."""
 
@@ -193,13 +197,20 @@ def headlines(stop: Any | None, tuning: Answer | None = None) -> list[Hero]:
 
 def vacuum_headlines(tuning: Answer) -> list[Hero]:
     """Return a tuning's vacuums: that of the average stop, and that which suits most stops."""
-    result = tuning.result
+    result, options = tuning.result, tuning.call.options
     numbers = [predicted_hero("hero-vacuum", "Mean required vacuum", result, "vacuum")]
-    if result.safe_vacuum is not None:
-        share, travel = f"{result.confidence * 100:.4g} %", tuning.call.options["travel"]
-        name = f"Keeps {share} of stops within {travel}"
+    share = parse(options.get("confidence", SAFE), "1", "confidence") * 100
+    name = f"Keeps {share:.4g} % of stops within {options['travel']}"
+    if not result.basis:
+        numbers.append(Hero("hero-safe", name, FOLLOWS))
+    elif result.safe_vacuum is not None:
         numbers.append(predicted_hero("hero-safe", name, result, "safe_vacuum"))
     return numbers
+
+
+def await_intervals(numbers: Iterable[Hero]) -> list[Hero]:
+    """Return headline numbers with space for their intervals, which follow."""
+    return [n if n.text == FOLLOWS else n._replace(interval=FOLLOWS) for n in numbers]
 
 
 WAYS: Mapping[str, str] = {
