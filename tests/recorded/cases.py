@@ -14,7 +14,11 @@ import numpy as np
 
 import layerjam as lj
 from law_cases import FAMILIES
+from layerjam.brake.device.load import load
+from layerjam.laboratory.dataset.campaign_folder import find_brake, read_campaign
+from layerjam.laboratory.measure.options import ReadingOptions
 from layerjam.workshop.commands.build import judge_build
+from layerjam.workshop.design.few_numbers import hold, stop
 from layerjam.workshop.fabricate.folder import make_files
 from layerjam.workshop.fabricate.mesh import make_mesh
 from recorded.constants import list_module_numbers
@@ -175,6 +179,9 @@ def workshop_questions() -> dict[str, Question]:
         "parts laser": ask("drawn parts", K, parallel=2, kerf="0.2 mm", cutter="laser"),
         "parts knife": ask("drawn parts", F, series=3, cutter="knife"),
         "parts bed": ask("drawn parts", Y, print_bed="220x220x250 mm", stock="300x200 mm"),
+        "parts elsewhere": ask("drawn parts", P, parallel=3, series=2, workshop="workshop.toml"),
+        "requests": ask("requests"),
+        "folder": ask("folder", "lab"),
         "build array": ask("build", P, out="two", parallel=2, kerf="0.2 mm", cutter="laser"),
         "scenario": ask("scenario", "neck-guard"),
         "export-c": ask("export-c", K, out="c"),
@@ -199,8 +206,13 @@ def answer(question: Question) -> dict[str, float | str]:
         return list_module_numbers()
     if name == "reading":
         return list_read_numbers(Path.cwd()) | list_log_numbers(Path.cwd())
+    if name == "requests":
+        return list_requests()
+    if name == "folder":
+        return list_campaign(Path(*subjects))
     if name == "drawn parts":
-        return list_part_numbers(judge_build(*subjects, **options).record)
+        built = judge_build(*subjects, **options)
+        return list_part_numbers(built.record) | sums_said(str(built).splitlines(), "printed")
     command = lj
     for part in name.replace("-", "_").split():
         command = getattr(command, part)
@@ -237,6 +249,36 @@ def list_part_numbers(drawing: Any) -> dict[str, float | str]:
         made |= sums(np.sort(mesh.corners, axis=0).ravel().tolist(), f"{part.name}.corners")
         made[f"{part.name}.volume"] = mesh.volume
     return made
+
+
+def list_requests() -> dict[str, float | str]:
+    """Return the numbers of design requests that are made from a few numbers."""
+    made: dict[str, float | str] = {}
+    size = {"mass": "60 g", "width": "26 mm", "length": "175 mm"}
+    moves = {"mass": "5 kg", "speed": "1.2 m/s", "travel": "50 mm", "force": "900 N"}
+    for name in (K, P):
+        requests = {
+            "hold": hold(load(name), name, force="300 N", **size),
+            "slide": hold(load(name), name, force="90 N", **{**size, "length": "290 mm"},
+                          travel="12 mm", when="sliding", prefer="energy", vacuum="70 kPa"),
+            "stop": stop(load(name), name, **moves),
+            "stop small": stop(load(name), name, **moves, own_mass="90 g", width="20 mm",
+                               length="300 mm", vacuum="55 kPa", prefer="length"),
+        }  # fmt: skip
+        for kind, request in requests.items():
+            made |= sums_said(request.text().splitlines(), f"{name} {kind}")
+    return made
+
+
+def list_campaign(folder: Path) -> dict[str, float | str]:
+    """Return the uses of the files in a folder, and the brake that was tested."""
+    found = read_campaign(folder, ReadingOptions())
+    uses = {"friction": found.friction, "pulls": found.pulls, "brakes": found.brakes}
+    made: dict[str, float | str] = {name: " ".join(files) for name, files in uses.items()}
+    return made | {
+        "tested": find_brake(found),
+        "facts": " ".join(f.brake or "-" for f in found.facts),
+    }
 
 
 def read_text(name: str, content: str | bytes) -> str:

@@ -83,6 +83,44 @@ width = ["12 mm", "16 mm", "20 mm", "24 mm"]
 overlap = ["40 mm", "60 mm", "80 mm"]
 vacuum = ["60 kPa", "94.5 kPa"]
 """
+WORKSHOP = """
+[build]
+edge = "1.7 mm"
+floor = "1.5 mm"
+wall = "1.4 mm"
+cheek = "1.9 mm"
+side = "0.4 mm"
+fit = "0.25 mm"
+head_room = "0.3 mm"
+plenum = "1.3 mm"
+back = "3.3 mm"
+air_bore = "2.2 mm"
+neck_length = "9 mm"
+neck_stretch = 0.3
+tie_slot = "3.7 mm"
+tie_depth = "0.7 mm"
+pin = "5 mm"
+pin_clearance = "0.15 mm"
+pin_wall = "3.4 mm"
+sleeve_clearance = "0.2 mm"
+shrinkage = 0.004
+trim = "6 mm"
+mould_wall = "5.5 mm"
+core_print = "11 mm"
+core_clearance = "0.12 mm"
+sprue = "4.4 mm"
+vent = "1.7 mm"
+key = "4.3 mm"
+key_clearance = "0.35 mm"
+waste = 0.4
+tip_radius = "1.6 mm"
+clamp_radius = "0.7 mm"
+margin = "7 mm"
+gap = "4 mm"
+nut_factor = 0.23
+print_density = "1210 kg/m^3"
+"""
+"""Another workshop, none of whose numbers is 1 in the unit of a drawing or the default."""
 
 
 def write_brakes(folder: Path) -> None:
@@ -138,4 +176,5 @@ def write_files(folder: Path) -> None:
     write_logs(folder)
     (folder / "campaign.toml").write_text(CAMPAIGN, encoding="utf-8")
     (folder / "grip.toml").write_text(DESIGN, encoding="utf-8")
+    (folder / "workshop.toml").write_text(WORKSHOP, encoding="utf-8")
     lj.lab(folder / "campaign.toml", out=folder / "lab")

@@ -84,6 +84,7 @@ def test_what_is_not_known_is_said_and_what_does_not_crash_has_none():
 def test_the_drop_and_its_crash_are_one_record(fallen):
     whole = append_crash(fallen.record, fallen.crash)
     assert (np.diff(whole.time) > 0).all()
+    assert len(whole.time) == len(fallen.record.time) + len(fallen.crash.time) - 1
     assert whole.slip[-1] == fallen.slip
     # speed is what the displacement changes by
     middle = (whole.speed_of_mass[1:] + whole.speed_of_mass[:-1]) / 2 * np.diff(whole.time)

@@ -19,6 +19,7 @@ from layerjam.brake.device.load import load
 from layerjam.brake.device.speed_law import SpeedLaw
 from layerjam.brake.fluid.line_file import load_line
 from layerjam.brake.fluid.network import Drive
+from layerjam.brake.mechanics.enclosure import enclosure_law
 from layerjam.brake.mechanics.stop.exact import BOTTOMED_OUT, NEVER_SLID, STOPPED, stop
 from layerjam.brake.mechanics.stop.rosenbrock import rosenbrock
 from layerjam.brake.mechanics.stop.tune import tuned_vacuum
@@ -40,8 +41,8 @@ G, SPRING = 9.80665, 1 / (1 / 55e3 + 1 / 16.8e3)
 
 def integrated(
     brake: Brake, mass: float, speed: float, vacuum: Any, spring: float, gravity: float
-) -> tuple[float, float, float, float]:
-    """Slip, peak force, end speed and time by scipy's Radau, written from the paper's formulas."""
+) -> tuple[float, ...]:
+    """Slip, peak force, end speed, time, last force by scipy's Radau, from the paper's formulas."""
     law, sheets, film = brake.speed_law, brake.sheets, brake.film
     assert law is not None
     at = vacuum if callable(vacuum) else lambda _: vacuum
@@ -85,7 +86,9 @@ def integrated(
     )
     time = np.linspace(0, made.t[-1], 20_001)
     z, v, x = made.sol(time)
-    return float(x[-1]), float((spring * (z - x)).max()), max(float(v[-1]), 0.0), float(time[-1])
+    force = spring * (z - x)
+    ends = float(time[-1]), float(force[-1])
+    return float(x[-1]), float(force.max()), max(float(v[-1]), 0.0), *ends
 
 
 @pytest.mark.parametrize(
@@ -106,11 +109,15 @@ def test_a_stop_is_what_another_integrator_finds(
     )
     mass, speed, vacuum, gravity = case
     made = stop(mass, speed, vacuum, 14.9e3, gravity, brake)
-    slip, peak, end, _ = integrated(brake.brake, mass, speed, vacuum, 14.9e3, gravity)
+    slip, peak, end, _, force = integrated(brake.brake, mass, speed, vacuum, 14.9e3, gravity)
     assert float(made.slip) == pytest.approx(slip, rel=1e-6)
     assert float(made.peak_force) == pytest.approx(peak, rel=1e-6)
     assert float(made.end_speed) == pytest.approx(end, rel=1e-6, abs=1e-9)
     assert int(made.outcome) == (STOPPED if end < 1e-6 else BOTTOMED_OUT)
+    in_enclosure = float(enclosure_law(vacuum, brake.brake).stored_energy(slip))
+    assert float(made.stored) == pytest.approx(force**2 / 2 / 14.9e3 + in_enclosure, rel=1e-5)
+    gained = mass * (speed**2 - end**2) / 2 + mass * gravity * (slip + force / 14.9e3)
+    assert float(made.heat + made.stored) == pytest.approx(gained, rel=1e-6)
 
 
 @pytest.mark.slow
@@ -148,8 +155,6 @@ def test_energy_is_kept_over_random_brakes_and_friction_at_rest_bounds_the_slip(
 
 def _force_of(made: Any, vacuum: Any, spring: Any, brakes: Brake) -> Any:
     """Force at the end [N], from what the spring holds beside the enclosure."""
-    from layerjam.brake.mechanics.enclosure import enclosure_law
-
     enclosure = np.asarray(enclosure_law(vacuum, brakes).stored_energy(made.slip))
     return np.sqrt(2 * spring * np.maximum(np.asarray(made.stored) - enclosure, 0.0))
 
@@ -204,7 +209,7 @@ def test_a_vacuum_that_changes_is_what_another_integrator_finds(end: float) -> N
     def vacuum(time: float) -> float:
         return float(np.interp(time, history.time, history.vacuum))
 
-    slip, peak, _, time = integrated(brake, 1.0, 2.5, vacuum, SPRING, G)
+    slip, peak, _, time, _ = integrated(brake, 1.0, 2.5, vacuum, SPRING, G)
     assert timed.slip == pytest.approx(slip, rel=3e-5)
     assert timed.peak_force == pytest.approx(peak, rel=3e-5)
     assert timed.time == pytest.approx(time, rel=3e-5)

@@ -21,6 +21,7 @@ from layerjam.laboratory.identify.calibration.law_spread import LawSpread
 from layerjam.laboratory.identify.calibration.peaks import calibrate_peaks
 from layerjam.laboratory.identify.calibration.whole_curves import calibrate_curves
 from layerjam.laboratory.identify.provenance import format_brake
+from layerjam.laboratory.identify.shape import SHAPE
 from strategies import KAPTON
 
 
@@ -73,6 +74,19 @@ def test_over_whole_curves_it_is_the_covariance_of_the_fit():
     )
     due = np.array([[stated[x][y] for y in told.names] for x in told.names])
     assert told.covariance == pytest.approx(due / np.outer(scale, scale), rel=1e-6)
+
+
+def test_errors_common_to_all_pulls_add_their_variance():
+    """Of ln a, of ln k, and of the enclosure factor itself; independent of each other."""
+    pulls = campaign((30e3, FULL), 2, spread=(0.02, 0.03, 0.05), noise=0.1)
+    found = calibrate_curves(pulls, KAPTON)
+    errors = dict(zip(SHAPE, (0.02, 0.03, 0.1), strict=True))
+    without, with_errors = (
+        LawSpread.from_calibration(replace(found, common_errors=common)).covariance
+        for common in ({}, errors)
+    )
+    due = [0.02**2, 0.03**2, (0.1 * found.values[SHAPE[2]]) ** 2]
+    assert with_errors - without == pytest.approx(np.diag([*due, *[0.0] * (len(without) - 3)]))
 
 
 @pytest.mark.parametrize("repeats", [1, 4])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from dataclasses import replace
+from itertools import combinations, pairwise
 
 import pytest
 import shapely
@@ -11,7 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from layerjam.workshop.fabricate.jigs import RIM, make_coupon, make_jig, make_link, make_yoke
-from layerjam.workshop.fabricate.outline import Outline, bounding_box, make_sheet, make_spacer
+from layerjam.workshop.fabricate.outline import (
+    Circle,
+    Outline,
+    bounding_box,
+    make_sheet,
+    make_spacer,
+)
 from workshop.fabricate.flat import of_bulges, polygon, sheets
 
 
@@ -49,6 +56,21 @@ def test_the_rim_is_the_least_material_beside_a_hole(part: Outline) -> None:
     least = [shape.exterior.distance(middle) - part.holes[0].diameter / 2 for middle in middles]
     least += [a.distance(b) - part.holes[0].diameter for a, b in pairwise(middles)]
     assert part.least_gap() == pytest.approx(min(least), abs=2e-3)
+
+
+@given(st.lists(st.tuples(st.floats(8, 77), st.floats(-4, 4)), min_size=2, max_size=4))
+def test_the_least_gap_is_that_of_the_nearest_holes_or_edge(middles: list[tuple[float, float]]):
+    """Far from the round corners; holes in any order."""
+    part = replace(make_sheet(85, 13, clamp_length=6, hole=3), holes=())
+    x, low, right, high = part.box()
+    holes = [Circle(x + a, (low + high) / 2 + b, 1.0 + i / 4) for i, (a, b) in enumerate(middles)]
+    gaps = [
+        math.dist(a[:2], b[:2]) - (a.diameter + b.diameter) / 2 for a, b in combinations(holes, 2)
+    ]
+    for hole in holes:
+        sides = hole.x - x, right - hole.x, hole.y - low, high - hole.y
+        gaps.append(min(sides) - hole.diameter / 2)
+    assert replace(part, holes=holes).least_gap() == pytest.approx(min(gaps), abs=1e-9)
 
 
 @settings(max_examples=12)
