@@ -152,7 +152,7 @@ def spread_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:
     return 2 * push / xp.where(divisor > 0, divisor, 1.0)
 
 
-@law
+@law(of_points=True)
 def enclosure_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the enclosure's first-loading force [N] at a slip [m], vacuum [Pa] (corrected eq. 5).
 

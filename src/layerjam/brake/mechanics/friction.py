@@ -52,7 +52,7 @@ def slides(slip: Any, vacuum: Any, brake: Brake) -> Any:
     return (slip >= 0) & (slip <= end) & (vacuum >= 0)
 
 
-@law
+@law(of_points=True)
 def sheet_friction(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the jammed sheets' kinetic friction [N] (eq. 4, 7) at a slip [m] and vacuum [Pa].
 
@@ -72,7 +72,7 @@ def sheet_friction_at(slip: Any, speed: Any, vacuum: Any, brake: Brake) -> Any:
     return keep_if((slip >= 0) & (vacuum >= 0) & (speed >= 0), friction_force(slip, sheets))
 
 
-@law
+@law(of_points=True)
 def holding_force(vacuum: Any, brake: Brake) -> Any:
     """Return the static friction of the sheets [N] at a vacuum [Pa], which a load must exceed.
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from layerjam.brake.device.brake_file import BrakeFile
 from layerjam.brake.mechanics.arrays import is_jax, uses_jax, xp
+from layerjam.brake.mechanics.blocks import in_blocks
 from layerjam.core.errors import ArgumentError, QuantityError, short_text
 from layerjam.core.evolve import field_names
 from layerjam.core.record_classes import RECORDS
@@ -23,15 +24,23 @@ from layerjam.core.record_classes import RECORDS
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-def law(function: F) -> F:
+@overload
+def law(function: F) -> F: ...
+@overload
+def law(*, of_points: bool) -> Callable[[F], F]: ...
+def law(function: Any = None, *, of_points: bool = False) -> Any:
     """Return a pure array function of SI quantities and records.
 
     A BrakeFile is accepted in place of its brake. Arrays, scalars and mixed shapes broadcast and
     are converted to float64. Called with numbers it runs in NumPy. Called with arrays of JAX it is
     compiled, once for each shape, and can be traced, batched and differentiated (see `Program`).
+    A law of points, which do not depend on each other, computes large arrays in blocks.
     Raises ArgumentError for missing or unknown arguments, and QuantityError for arguments that are
     not numbers in SI units or do not broadcast.
     """
+    if function is None:
+        return functools.partial(law, of_points=of_points)
+    compute = in_blocks(function) if of_points else function
     places, program = inspect.signature(function), _as_program(_convert_traced(function))
 
     @functools.wraps(function)
@@ -48,13 +57,13 @@ def law(function: F) -> F:
             if any(v is _JAX for v in numbers):
                 return program(True, *map(_plain_argument, arguments, numbers))
             with np.errstate(all="ignore"):  # outside its domain a law returns NaN
-                return function(*numbers)
+                return compute(*numbers)
         except (TypeError, ValueError, AttributeError):
             if not _is_tracing(arguments):
                 _explain_failure(function.__name__, places, arguments)
             raise
 
-    return wrapper  # type: ignore[return-value]
+    return wrapper
 
 
 @overload

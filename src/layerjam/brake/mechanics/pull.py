@@ -30,7 +30,7 @@ from layerjam.core.evolve import evolve
 _PARTS = 64
 
 
-@law
+@law(of_points=True)
 def brake_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the force of the sliding brake [N] (eq. 3); slip [m] and vacuum [Pa] broadcast.
 
@@ -117,7 +117,7 @@ def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple
     return force(root, (sheets, enclosure)), root**2, inside
 
 
-@law
+@law(of_points=True)
 def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the slip [m] of a brake pulled from rest to an elongation [m] at constant vacuum [Pa].
 
@@ -137,7 +137,7 @@ def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
     return keep_if((elongation >= 0) & (vacuum >= 0) & (k > friction_tangent(0.0, sheets).c), slip)
 
 
-@law
+@law(of_points=True)
 def force_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
     """Return the force [N] at an elongation [m] and constant vacuum [Pa] from rest.
 
@@ -223,7 +223,7 @@ def factor_and_stiffness_of_eq8_and_eq9(
     return keep_if(fine, exact), keep_if(fine, slope)
 
 
-@law
+@law(of_points=True)
 def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
     """Return the vacuum [Pa] at which the sliding brake resists with `force` [N] at `slip` [m].
 

@@ -103,7 +103,7 @@ def first_root(energy: Quartic, low: Any, high: Any) -> Any:
     return choose(xp.any(needs_search), search, lambda: root)
 
 
-@law
+@law(of_points=True)
 def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Stop:
     """Stop a mass [kg] that arrives with `speed` [m/s] on a taut rope, at a vacuum [Pa].
 

@@ -42,7 +42,7 @@ def _absorbed_energy(vacuum: Any, weight: Any, slip: Any, spring: Any, brake: Br
     return work + force**2 / (2 * spring) - weight * (slip + force / spring)
 
 
-@law
+@law(of_points=True)
 def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> Any:
     """Vacuum [Pa] at which a mass [kg] arriving with `speed` [m/s] stops after `slip` [m].
 
