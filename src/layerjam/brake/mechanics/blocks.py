@@ -39,11 +39,11 @@ def in_blocks(function: Callable[..., Any]) -> Callable[..., Any]:
         part = compute(0)
         if any(np.shape(leaf) != (BLOCK,) for leaf in leaves(part)):
             return function(*numbers)
-        whole = map_leaves(lambda leaf: np.empty(shape, leaf.dtype), part)
+        total = map_leaves(lambda leaf: np.empty(shape, leaf.dtype), part)
         for start in range(0, int(np.prod(shape)), BLOCK):
             part = compute(start) if start else part
-            for leaf, values in zip(leaves(whole), leaves(part), strict=True):
+            for leaf, values in zip(leaves(total), leaves(part), strict=True):
                 leaf.reshape(-1)[start : start + BLOCK] = values
-        return whole
+        return total
 
     return call
