@@ -5,18 +5,21 @@ or SI numbers and return results that can be printed, plotted and saved; the equ
 `layerjam.laws`. Each name is imported when it is first used, so that ``import layerjam`` is fast.
 """
 
-import ast
 import importlib
 import importlib.util
+import os.path
 import sys
 import types
 import warnings
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from layerjam._version import __version__ as __version__
+
+if TYPE_CHECKING:
+    from importlib.abc import Loader
+else:
+    Loader = object  # the class itself imports ten modules, which take longer than this package
 
 _FORMER = {
     "layerjam.workshop.commands.design": "brake_of",
@@ -86,14 +89,11 @@ _NEW_NAMES = {
 
 
 def _read_names(file: str) -> dict[str, tuple[str, str]]:
-    """Return {name: (module, name there)} of the names that a file of imports defines."""
-    tree = ast.parse(Path(__file__).with_name(file).read_text(encoding="utf-8"))
-    return {
-        alias.asname or alias.name: (str(node.module), alias.name)
-        for node in tree.body
-        if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-    }
+    """Return {name: (module, name there)} of a file with a line for each import."""
+    with open(os.path.join(os.path.dirname(__file__), file), encoding="utf-8") as lines:
+        imports = [line.split() for line in lines if line.startswith("from ")]
+    # from MODULE import NAME as NAME
+    return {words[-1]: (words[1], words[3]) for words in imports}
 
 
 _EXPORTS = _read_names("_names.pyi")
@@ -105,13 +105,16 @@ _OLD = {
 __all__ = sorted(_EXPORTS)  # noqa: PLE0605
 
 
-class _FormerPaths(MetaPathFinder, Loader):
+class _FormerPaths(Loader):
     """Imports modules by the paths that they had before the wings, with a DeprecationWarning."""
 
     def find_spec(self, name: str, path: Any, target: Any = None) -> ModuleSpec | None:
         root, _, inner = name.partition(".")
         known = root == "layerjam" and inner.partition(".")[0] in (*_NEW, "commands", "report")
         return ModuleSpec(name, self, is_package=True) if known else None
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Leave the module to Python."""
 
     def exec_module(self, module: types.ModuleType) -> None:
         name = self._find_module(module.__name__.removeprefix("layerjam."))

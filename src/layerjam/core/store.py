@@ -3,7 +3,6 @@
 import contextlib
 import functools
 import os
-import secrets
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import ParamSpec, TypeVar
@@ -87,7 +86,7 @@ def store_file(
 
 def _make_temporary_file(path: Path) -> Path:
     """Create an empty file with a random name and the permissions of the user's umask."""
-    name = f".{path.stem[:40]}-{secrets.token_hex(8)}{path.suffix}"
+    name = f".{path.stem[:40]}-{os.urandom(8).hex()}{path.suffix}"
     path_of_file = path.with_name(name)
     # let the system apply the umask, because reading it would change it for the entire process
     os.close(os.open(path_of_file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))

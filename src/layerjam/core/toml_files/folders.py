@@ -3,7 +3,6 @@
 import contextlib
 import os
 import re
-import secrets
 import shutil
 import time
 from collections.abc import Iterator, Mapping
@@ -27,7 +26,7 @@ def make_hidden_folder(parent: Path) -> Iterator[Path]:
     """
     clear_leftovers(parent)
     while True:
-        folder = parent / f".layerjam-{secrets.token_hex(8)}"
+        folder = parent / f".layerjam-{os.urandom(8).hex()}"
         folder.mkdir()
         lock = _lock_folder(folder, wait=True)
         if folder.is_dir():  # another run may have removed it before it was locked

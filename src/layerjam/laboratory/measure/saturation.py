@@ -120,19 +120,17 @@ def _locate_top(record: Array, noise: float) -> tuple[int, int]:
 
 def _extend_section(first: int, last: int, outside: npt.NDArray[np.bool_]) -> tuple[int, int]:
     """Return the section from `first` to `last`, extended until a sample is outside."""
-    places = np.flatnonzero(outside)
-    before, after = places[places < first], places[places >= last]
+    before, after = outside[:first][::-1], outside[last:]
     return (
-        int(before[-1]) + 1 if len(before) else 0,
-        int(after[0]) if len(after) else len(outside),
+        first - int(before.argmax()) if before.any() else 0,
+        last + int(after.argmax()) if after.any() else len(outside),
     )
 
 
 def _is_flat(part: Array, noise: float) -> bool:
     """Return whether a constant with white noise describes the part."""
-    edge = (
-        len(part) // 12
-    )  # the noise hides the last samples of the rise among those of the plateau
+    # the noise hides the last samples of the rise among those of the plateau
+    edge = len(part) // 12
     part = part[edge : len(part) - edge]
     count = len(part)
     if float(part.std(ddof=1)) > noise * (NOISIER[0] + NOISIER[1] / count**0.5):
