@@ -128,6 +128,10 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         "unknown vacuum 'tunned'; did you mean tuned?",
     ),
     "flag": (lambda: drop(horizontal="yes"), "horizontal: 'yes' is not True or False"),
+    "flag of Python": (
+        lambda: drop(has_intervals="yes"),
+        "has intervals: 'yes' is not True or False",
+    ),
     "history": (
         lambda: drop(vacuum_history=FRAME),
         "vacuum history: DataFrame of shape (3, 2)",

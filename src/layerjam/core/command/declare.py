@@ -186,7 +186,7 @@ class Parameter:
         if self.spec is not None:
             return self._read_quantity(self.spec, value, notices)
         value = make_list(value, self.type)
-        check_kind(value, self.type, self.label)
+        check_kind(value, bool if isinstance(self.default, bool) else self.type, self.label)
         if isinstance(self.help, Input) and self.help.convert is not None:
             return self.help.convert(value, arguments)
         return value
