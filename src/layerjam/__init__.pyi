@@ -1237,7 +1237,7 @@ def tune(
     atmosphere: float | str | _HasUnit | None = ...,
     film: str | None = ...,
     interval: Literal["next", "mean"] = ...,
-    searches: tuple[str, ...] = ...,
+    searches: _Sequence[str] = ...,
 ) -> _TunedVacuumResult:
     """Find the vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
@@ -1953,7 +1953,7 @@ def sweep(
     *,
     out: str | _Path,
     scheduler: str | None = ...,
-    block: int | None = ...,
+    block: int | str | _HasUnit | None = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     confidence: float | str | _HasUnit | None = ...,
     interval: Literal["next", "mean"] = ...,

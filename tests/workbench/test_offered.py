@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from layerjam.core.command.declare import PYTHON_ONLY, OutFile, Progress
+from layerjam.core.command.declare import OutFile
 from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
@@ -99,9 +99,7 @@ def inputs(command):
     return [
         p.name
         for p in parameters(command).values()
-        if not p.positional
-        and p.type not in (Progress, PYTHON_ONLY)
-        and type(p.help) is not OutFile
+        if not p.positional and p.is_offered and type(p.help) is not OutFile
     ]
 
 

@@ -16,7 +16,6 @@ from layerjam.brake.commands.arguments import Overwrite
 from layerjam.cli import TYPED
 from layerjam.cli.interrupts import handle_interrupts
 from layerjam.core.command.declare import (
-    PYTHON_ONLY,
     Command,
     OutFile,
     Parameter,
@@ -139,7 +138,7 @@ class EntryCommand(click.Command):
 def build_command(name: str) -> EntryCommand:
     """Return the command of the given name for click, after importing its module."""
     entry = load_command(name)
-    options = [p for p in entry.parameters if p.type not in (Progress, PYTHON_ONLY)]
+    options = [p for p in entry.parameters if p.is_offered]
     names = {p.name for p in options}
     if "overwrite" not in names and (entry.result.is_drawable() or entry.record_endings):
         overwrite = declare_parameter("overwrite", Overwrite, False)

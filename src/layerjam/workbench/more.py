@@ -7,7 +7,7 @@ from typing import Any
 from nicegui import events, ui
 
 from layerjam.brake.commands.arguments import ATMOSPHERE
-from layerjam.core.command.declare import PYTHON_ONLY, Help, OutFile, Parameter, Progress
+from layerjam.core.command.declare import Help, OutFile, Parameter
 from layerjam.core.units import usual_unit
 from layerjam.workbench.call import Options, parameters
 from layerjam.workbench.controls import add_unit, on_submit
@@ -34,7 +34,7 @@ def find_other_inputs(command: str, names: Collection[str]) -> list[Parameter]:
         for p in parameters(command).values()
         if p.name not in names
         and not p.positional
-        and p.type not in (Progress, PYTHON_ONLY)
+        and p.is_offered
         and not isinstance(p.help, OutFile)
     ]
 

@@ -169,9 +169,16 @@ def test_without_the_speeds_everything_else_is_the_same() -> None:
         assert left_out == ["least speed", "greatest speed"][:ends]
 
 
-@pytest.mark.parametrize("searches", [("speed",), "safety"])
-def test_a_search_of_another_name_is_refused(searches: Any) -> None:
-    with pytest.raises(QuantityError, match="searches: .* is not allowed; list some of 'safety'"):
+@pytest.mark.parametrize(
+    ("searches", "words"),
+    [
+        (("speed",), "searches: .* is not allowed; list some of 'safety'"),
+        ("speed", "searches: .* is not allowed; list some of 'safety'"),
+        (5, "searches: 5 is not a list of text"),
+    ],
+)
+def test_a_search_of_another_name_is_refused(searches: Any, words: str) -> None:
+    with pytest.raises(QuantityError, match=words):
         tune("choi2018-kapton", mass="1 kg", speed="1.5 m/s", travel="40 mm", searches=searches)
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from layerjam.core.errors import FileError, MissingExtraError
+from layerjam.core.errors import FileError, MissingExtraError, QuantityError
 from layerjam.workshop.commands.design import design
 from layerjam.workshop.commands.sweep import sweep
 from layerjam.workshop.design import blocks
@@ -54,6 +54,13 @@ def content(folder: Path) -> dict[str, str]:
         for p in sorted(folder.rglob("*"))
         if p.is_file() and p.name != ".lock"
     }
+
+
+@pytest.mark.parametrize("block", ["many", 0, -3, 2.5, True])
+def test_a_block_of_no_whole_number_of_designs_is_refused(tmp_path, block):
+    with pytest.raises(QuantityError, match=r"^block: .* (integer|at least 1|pure number)"):
+        sweep(read(), out=tmp_path / "none", block=block)
+    assert not (tmp_path / "none").exists()
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,7 @@
 """`tune`: vacuum that stops a mass within a travel, or why there is none, with alternatives."""
 
 import math
+from collections.abc import Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -94,7 +95,7 @@ def tune(
     film: OtherFilm = None,
     interval: Interval = "next",
     searches: Annotated[
-        tuple[str, ...], PythonOnly("Searches besides those for the vacuum and the lowest peak.")
+        Sequence[str], PythonOnly("Searches besides those for the vacuum and the lowest peak.")
     ] = SEARCHES,
 ) -> TunedVacuum:
     """Find the vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
@@ -113,7 +114,7 @@ def tune(
     from layerjam.brake.simulate.speed import list_stop_notices
     from layerjam.brake.simulate.tuned import tuning_vacuum
 
-    if isinstance(searches, str) or not set(searches) <= set(SEARCHES):
+    if not set(searches) <= set(SEARCHES):
         names = ", ".join(map(repr, SEARCHES))
         raise QuantityError.of("searches", f"{searches!r} is not allowed; list some of {names}")
     device, g = brake.brake, brake.brake.site.gravity
@@ -163,7 +164,7 @@ def _find_top_force(case: "Case", vacuum: float) -> float:
     return max(top, float(end.peak_force))
 
 
-def _find_speeds(case: "Case", has_vacuum: bool, searches: tuple[str, ...]) -> dict[str, Any]:
+def _find_speeds(case: "Case", has_vacuum: bool, searches: Sequence[str]) -> dict[str, Any]:
     """Return the speeds that can be stopped and, without a tuned vacuum, reason and alternatives.
 
     Without a tuned vacuum, the basis of the prediction depends on these speeds as well.

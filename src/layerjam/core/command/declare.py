@@ -136,6 +136,11 @@ class Parameter:
         return self.help.option or "--" + self.name.replace("_", "-")
 
     @property
+    def is_offered(self) -> bool:
+        """Whether it has an option and a control."""
+        return self.type not in (Progress, PYTHON_ONLY) and not isinstance(self.help, PythonOnly)
+
+    @property
     def is_positional(self) -> bool:
         """Whether it is a positional argument."""
         return self.positional and not self.help.option and not isinstance(self.help, OutFile)
@@ -186,7 +191,7 @@ class Parameter:
         if self.spec is not None:
             return self._read_quantity(self.spec, value, notices)
         value = make_list(value, self.type)
-        check_kind(value, bool if isinstance(self.default, bool) else self.type, self.label)
+        check_kind(value, self.type, self.label)
         if isinstance(self.help, Input) and self.help.convert is not None:
             return self.help.convert(value, arguments)
         return value
@@ -229,26 +234,22 @@ def declare_parameter(name: str, kind: Any, default: Any, **more: Any) -> Parame
             words += get_args(member)
         elif get_origin(member) is Annotated:
             inner, *notes = get_args(member)
+            array = array or ARRAY in notes
             for note in notes:
                 if isinstance(note, QuantitySpec):
                     spec = note
                 elif isinstance(note, Help):
                     help_note = note
-                elif note is ARRAY:
-                    array = True
             for base in variants(inner):
                 if get_origin(base) is Annotated:
                     raise TypeError(f"{name}: write Annotated[QUANTITY, ...] | None")
                 if get_origin(base) is Literal:
                     words += get_args(base)
-                elif base is type(None):
-                    optional = True
+                optional = optional or base is type(None)
             plain = plain or inner
         else:
             plain = plain or member
-    if isinstance(help_note, PythonOnly):
-        plain = PYTHON_ONLY
-    elif isinstance(help_note, Input) and help_note.convert is not None:
+    if isinstance(help_note, Input) and help_note.convert is not None:
         plain = input_type(help_note.convert)
     required = default is inspect.Parameter.empty
     return Parameter(
@@ -274,8 +275,7 @@ def list_record_parameters(group: Any, record: str = "") -> Iterator[Parameter]:
 
 
 PYTHON_ONLY = object()
-"""Type of a parameter that only type checkers see; it has no option and no control."""
-
+"""Type of a parameter that only type checkers see."""
 ARRAY = object()
 """Extra annotation of a specification: arrays are also accepted, and are broadcast."""
 

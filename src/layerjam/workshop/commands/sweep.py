@@ -10,6 +10,7 @@ from layerjam.core.command.declare import Help, Progress, PythonOnly, command
 from layerjam.core.command.results import STOPPED, fact, number, result
 from layerjam.core.errors import Notice
 from layerjam.core.evolve import evolve
+from layerjam.core.units import QuantitySpec
 from layerjam.workshop.commands.design import (
     BrakeShare,
     DesignResult,
@@ -21,6 +22,8 @@ from layerjam.workshop.commands.design import (
 if TYPE_CHECKING:
     from layerjam.workshop.design.blocks import Store
     from layerjam.workshop.design.search import Search
+
+BLOCK_SIZE = QuantitySpec("1", "number of designs per block", lo=1, hi=1e9, whole=True)
 
 
 @result
@@ -50,7 +53,7 @@ def sweep(
     scheduler: Annotated[
         str | None, Help("Dask cluster, e.g. tcp://10.0.0.1:8786.", metavar="ADDRESS")
     ] = None,
-    block: Annotated[int | None, PythonOnly("Number of designs per block.")] = None,
+    block: Annotated[int, BLOCK_SIZE, PythonOnly("Number of designs per block.")] | None = None,
     accept: Accept = None,
     confidence: BrakeShare = 0.95,
     interval: Interval = "next",
