@@ -131,14 +131,23 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def digest_tests() -> dict[str, str]:
-    """Return the digest of each file of tests."""
+    """Return the digest of each file of tests, with the other files of its folder."""
     paths = sorted((ROOT / "tests").rglob("test_*.py"))
     files = {path.relative_to(ROOT).as_posix(): path for path in paths}
     return {
-        file: hashlib.sha256(path.read_bytes()).hexdigest()
+        file: hashlib.sha256(path.read_bytes() + helpers(path.parent)).hexdigest()
         for file, path in files.items()
         if not file.startswith(LEFT_OUT)
     }
+
+
+@functools.cache
+def helpers(folder: Path) -> bytes:
+    """Return the content of the files in a folder that tests share."""
+    if folder == ROOT / "tests":
+        return b""
+    kinds = (path for kind in ("*.py", "*.json") for path in sorted(folder.glob(kind)))
+    return b"".join(path.read_bytes() for path in kinds if not path.name.startswith("test_"))
 
 
 def record(paths: Sequence[str], jobs: int) -> None:
