@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
+import inspect
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -302,3 +303,26 @@ def test_a_brake_of_arrays_is_not_compared() -> None:
     """Numbers for a batch may contradict each other in some cases; the laws answer NaN there."""
     many = dataclasses.replace(BRAKE.sheets, usable_travel=np.array([0.05, 0.07]))
     assert dataclasses.replace(BRAKE, sheets=many).sheets is many
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [None, 5, "nonsense", [1, "a"], {"a": 1}, object()],
+    ids=["nothing", "number", "text", "list", "mapping", "object"],
+)
+def test_functions_that_are_no_commands_refuse_any_other_kind(wrong: Any) -> None:
+    """Each argument that must be given, of a kind that it is not."""
+    functions = [
+        one
+        for one in (getattr(lj, name) for name in dir(lj))
+        if inspect.isfunction(one) and not hasattr(one, "declaration")
+    ]
+    tried = 0
+    for function in functions:
+        places = inspect.signature(function).parameters.values()
+        count = sum(p.default is p.empty and p.kind is p.POSITIONAL_OR_KEYWORD for p in places)
+        if count:
+            tried += 1
+            with pytest.raises(LayerjamError):
+                function(*[wrong] * count)
+    assert tried >= 10

@@ -37,6 +37,7 @@ from layerjam.brake.simulate.record import DropRecord, Outcome
 from layerjam.brake.simulate.rope_alone import BareDrop
 from layerjam.brake.simulate.tuned import tuning_vacuum
 from layerjam.brake.simulate.vacuum_history import History
+from layerjam.core.command.arguments import check_kind
 from layerjam.core.command.declare import Help, Progress, PythonOnly, command
 from layerjam.core.command.log_options import LogOptions
 from layerjam.core.command.predicted import PredictionResult
@@ -375,6 +376,7 @@ def observed(
 
     The result includes the temperature rise of the sheets; an impossible stop is unchanged.
     """
+    check_kind(stop, Stop, "stop")
     if not stop.feasible or stop.record is None:
         return stop
     sensing = sensing or Sensing()

@@ -18,6 +18,7 @@ from layerjam.brake.simulate.accelerometer import (
 )
 from layerjam.brake.simulate.accelerometer import Reading as Seen
 from layerjam.brake.simulate.record import DropRecord
+from layerjam.core.command.arguments import check_kind
 from layerjam.core.command.declare import Help, Input, options
 from layerjam.core.command.results import Judged, Result, fact, number, result
 from layerjam.core.errors import Notice, QuantityError
@@ -237,6 +238,7 @@ def heating(
         temperature_rise_of_sheets,
     )
 
+    check_kind(file, BrakeFile, "file")
     limits = parse_options(Warmth, asked) if warmth is None else warmth
     rise = DEFAULT_RISE if limits.allowed_rise is None else limits.allowed_rise
     film = DEFAULT_FILM_COEFFICIENT if limits.film_coefficient is None else limits.film_coefficient

@@ -22,6 +22,7 @@ from layerjam.core.errors import (
     UnknownNameError,
     explain_arguments,
     make_notices,
+    short_text,
 )
 from layerjam.core.units import check, quantity, show
 
@@ -387,7 +388,11 @@ def _sample_signal(
 
 def _check_signal(signal: Signal) -> tuple[Array, Array]:
     pair = specific_force(signal) if isinstance(signal, DropRecord) else signal
-    time, value = (np.atleast_1d(np.asarray(part, float)) for part in pair)
+    try:
+        time, value = (np.atleast_1d(np.asarray(part, float)) for part in pair)
+    except (TypeError, ValueError):
+        kinds = "is not the record of a drop or a pair of times and specific forces"
+        raise QuantityError.of("signal", f"{short_text(signal)} {kinds}") from None
     if time.ndim != 1 or time.shape != value.shape or len(time) < 2:
         raise QuantityError(
             "acceleration: times and values must have the same length, at least two of each"

@@ -141,9 +141,8 @@ def read_log(
     Raises FileError if a column is missing or ambiguous or has no unit or no number, and
     QuantityError for invalid options. A required column of time must not decrease.
     """
-    options = ReadingOptions.complete(options)
+    options, source = ReadingOptions.complete(options), load_source(path)
     entries = options.entries({w.role: w.si for w in wants})
-    source = load_source(path)
     order, decimal = options.by_order, options.decimal or source.decimal
     table, written_header = _find_largest_table(source, wants, order is not None)
     header = _split_units(table.header, wants)

@@ -15,9 +15,7 @@ from layerjam.brake.simulate.procedure import Evacuate, Pull, Return, parse_proc
 from layerjam.core.errors import (
     FileError,
     LayerjamError,
-    QuantityError,
     explain_arguments,
-    short_text,
 )
 from layerjam.core.system import quote_word
 from layerjam.core.toml_files.table_text import restore_comment
@@ -27,7 +25,7 @@ from layerjam.laboratory.measure.readers.column_names import shorten, split_unit
 from layerjam.laboratory.measure.readers.content import Source
 from layerjam.laboratory.measure.readers.header import PULL, Header
 from layerjam.laboratory.measure.readers.lines import Rows, Table, split_line
-from layerjam.laboratory.measure.readers.source import load_sources
+from layerjam.laboratory.measure.readers.source import check_path, load_sources
 from layerjam.laboratory.measure.readers.specimens import Specimen, find_specimens
 from layerjam.laboratory.measure.readers.unit_words import ROLES
 from layerjam.laboratory.measure.readers.words import normalise_name
@@ -88,8 +86,7 @@ def open_traces(path: str | Path, options: ReadingOptions | None = None) -> list
     A damaged specimen therefore does not affect the others. Raises FileError if nothing in the file
     can be a tension test, or for a specimen that does not exist.
     """
-    if not isinstance(path, str | Path):
-        raise QuantityError.of("path", f"{short_text(path)} is not text or a path")
+    check_path(path)
     sidecar = load_reading_options(path)
     every = (options or ReadingOptions()).over(sidecar)
     sources = load_sources(path, every.sheet)

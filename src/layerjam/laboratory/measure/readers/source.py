@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from layerjam.core.errors import FileError
+from layerjam.core.errors import FileError, QuantityError, short_text
 from layerjam.core.system import report_failure
 from layerjam.core.toml_files.toml import suggest_nearby
 from layerjam.laboratory.measure.readers.content import IN_CELL, Source, decode_file
@@ -26,6 +26,12 @@ _KINDS = {
 _WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 
 
+def check_path(path: object) -> None:
+    """Raise QuantityError if a value is not a path."""
+    if not isinstance(path, str | Path):
+        raise QuantityError.of("path", f"{short_text(path)} is not text or a path")
+
+
 def load_source(path: str | Path) -> Source:
     """Return a text file, or the largest sheet of a workbook; raises FileError if there is none."""
     return max(load_sources(path), key=lambda s: len(s.data))
@@ -37,6 +43,7 @@ def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
     `sheet` selects one by name. Raises FileError if the file or the sheet does not exist, or if the
     file is not text.
     """
+    check_path(path)
     name = str(path)
     if not name:
         raise FileError("''", "is an empty name; specify a file")
