@@ -43,9 +43,9 @@ def find_quantum(values: Array) -> float:
 
     It is the resolution of a coarse instrument. For a fine one it is close to zero.
     """
-    levels = np.unique(values)
+    levels = np.sort(values)
     steps = np.diff(levels)
-    steps = steps[steps > SAME * float(np.ptp(levels))] if len(steps) else steps
+    steps = steps[steps > SAME * float(levels[-1] - levels[0])] if len(steps) else steps
     if not len(steps):
         return 0.0
     # steps that are rounded to decimal digits differ in width
