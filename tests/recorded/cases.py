@@ -194,6 +194,8 @@ QUESTIONS |= {f"laws {family}": ask("laws", family) for family in (*FAMILIES, "m
 QUESTIONS |= OPTIONS | {"constants": ask("constants"), "reading": ask("reading")}
 OMITTED = ("fingerprint", "made_by", "version", "seconds", "versions", "hash", "digest", "sha256")
 """Keys that change with each version or run."""
+SIZES = "ro-crate-metadata.json"
+"""File that states the sizes of the others, drawn by whatever versions of libraries are there."""
 COUNTED = (".svg", ".csv", ".toml", ".html", ".md", ".txt", ".c", ".h", ".json")
 
 
@@ -233,7 +235,7 @@ def answer(question: Question) -> dict[str, float | str]:
             made |= sums(list(table[column]), f"table {column}")
     for place in [Path(options["out"])] if "out" in options else []:
         for file in sorted(place.rglob("*")) if place.is_dir() else [place]:
-            if file.suffix in COUNTED and file.is_file():
+            if file.suffix in COUNTED and file.is_file() and file.name != SIZES:
                 made |= summary(file, file.relative_to(place).as_posix())
     return made
 

@@ -7,11 +7,15 @@ import re
 from collections.abc import Sequence
 
 NUMBER = re.compile(r"(?<![\w.#-])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.-])")
+HUGE = 1e12
 
 
 def sums(numbers: Sequence[float], path: str) -> dict[str, float | str]:
-    """Return the count of some numbers, their sum of sizes, and one with weights by place."""
-    finite = [x for x in numbers if math.isfinite(x)]
+    """Return the count of some numbers, their sum of sizes, and one with weights by place.
+
+    The sums leave out digests and placeholders of formats, beside which all others vanish.
+    """
+    finite = [x for x in numbers if abs(x) < HUGE]
     return {
         f"{path}.count": float(len(numbers)),
         f"{path}.sizes": math.fsum(map(abs, finite)),
