@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 
 from recorded.cases import QUESTIONS, answer
-from recorded.counting import HUGE
 from recorded.files import write_files
 from recorded.record import read_recorded
 
@@ -25,6 +24,8 @@ MARKS = {**dict.fromkeys(LONG, pytest.mark.slow), "tune speed-law": pytest.mark.
 """{question: when it is asked, if not by the quick tests}."""
 CLOSE = 1e-6
 """Relative difference between machines: fits stop at a relative change of about 1e-8."""
+ROUNDING = 1e-9
+"""Largest size of a number that counts as rounding, beside one that is 1e15 times larger."""
 MORE_STEPS = 0.1
 """Relative difference of the steps of searches: rounding may end one a step earlier."""
 RECORDED = read_recorded()
@@ -54,7 +55,7 @@ def test_a_command_answers_as_recorded(question: str) -> None:
     words = {key: value for key, value in due.items() if isinstance(value, str)}
     assert {key: given[key] for key in words} == words
     numbers = {key: value for key, value in due.items() if key not in words}
-    scale = max((abs(v) for v in numbers.values() if abs(v) < HUGE), default=0.0) * 1e-15
+    scale = min(max(map(abs, numbers.values()), default=0.0) * 1e-15, ROUNDING)
     moved = {
         key: (given[key], value)
         for key, value in numbers.items()
